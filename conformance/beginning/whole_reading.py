@@ -42,7 +42,7 @@ def read_whole(sdo: Dialogue, known: KnownObject) -> bytes:
         in_blocks = ValueAccess(sdo).announced_in_blocks(known.mux)
         if in_blocks is None:
             raise
-        sdo.wire.seen[known.mux] = in_blocks
+        sdo.device.contents.current[known.mux] = in_blocks
         return in_blocks
 
 
@@ -53,7 +53,7 @@ def _read(sdo: Dialogue, known: KnownObject, most: int) -> bytes:
         except TooLong:
             sdo.end_transfer()
             raise
-    sdo.wire.seen[known.mux] = uploaded.data
+    sdo.device.contents.current[known.mux] = uploaded.data
     return uploaded.data
 
 

@@ -81,7 +81,7 @@ class Contents:
 
     ``own`` has the values that were read when the run began, ``parameters`` those of communication
     parameters before the first write that a permission allows, and of read-only objects that have
-    taken a write. ``seen`` is what objects read since anything was sent that might have changed
+    taken a write. ``current`` is what objects read since anything was sent that might have changed
     one. ``outstanding`` are the values of before of all that may hold another one now; ``taken``
     are objects that could not be read and have taken a write: nobody knows what they held.
 
@@ -96,7 +96,7 @@ class Contents:
     own: Values = field(default_factory=dict)
     known: Mapping[Multiplexer, KnownObject] = field(default_factory=dict)
     parameters: Values = field(default_factory=dict)
-    seen: Values = field(default_factory=dict)
+    current: Values = field(default_factory=dict)
     outstanding: Values = field(default_factory=dict)
     taken: set[Multiplexer] = field(default_factory=set)
     to_store: Mapping[Multiplexer, bytes] = field(default_factory=dict)
@@ -123,11 +123,11 @@ class Contents:
 
     def value(self, mux: Multiplexer) -> bytes | None:
         """Return what an object holds that only the suite writes; None where that is not known."""
-        return self.own.get(mux) if self.holds(mux) is Holds.OWN else self.seen.get(mux)
+        return self.own.get(mux) if self.holds(mux) is Holds.OWN else self.current.get(mux)
 
     def read_last(self, mux: Multiplexer) -> bytes | None:
         """Return what an object read last, if it was ever read."""
-        return self.seen.get(mux, self.own.get(mux))
+        return self.current.get(mux, self.own.get(mux))
 
     def kept(self, mux: Multiplexer) -> bytes | None:
         """Return the value that an object has to have again.
@@ -249,8 +249,8 @@ class Contents:
 
     def case_begins(self) -> None:
         """Forget what was read, unless only the suite writes it: that reads the same again."""
-        for mux in self.seen.keys() - self.left():
-            del self.seen[mux]
+        for mux in self.current.keys() - self.left():
+            del self.current[mux]
 
     # What the device has stored
 

@@ -171,7 +171,7 @@ class Channels:
 
     def disable(self, mux: Multiplexer, found: bytes | None = None) -> None:
         """Set bit 31 of a COB-ID that is in use; ``found`` is what it holds, if that was read."""
-        known = self._sdo.wire.seen.get(mux) if found is None else found
+        known = self._sdo.device.contents.current.get(mux) if found is None else found
         before = CobId.from_bytes(self._sdo.upload(mux) if known is None else known)
         if before.valid:
             self.set_cob_id(mux.index, mux.sub_index, before.disabled())

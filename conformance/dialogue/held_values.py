@@ -41,7 +41,7 @@ def _read(sdo: Transfers, known: KnownObject, due: bytes) -> bytes:
     in_blocks = ValueAccess(sdo).in_blocks(known.mux)
     if in_blocks is None or not same_value(known, in_blocks, due):
         return sdo.upload(known)
-    sdo.wire.seen[known.mux] = in_blocks
+    sdo.device.contents.current[known.mux] = in_blocks
     return in_blocks
 
 

@@ -94,7 +94,7 @@ class Network:
             self._sdo.line.open = None
         self._sdo.silence.calms_down = state.serves_sdo
         self._take(state)
-        self._sdo.wire.seen.clear()
+        self._sdo.device.contents.current.clear()
         self._sent_at = self._channel.link.now()
         self._channel.send_nmt(NmtMessage(command, self._device.node_id))
 

@@ -88,7 +88,7 @@ def differing_reads(
     ordinary: set[bytes] = set()
     steady = is_steady(sdo.device, entry)
     for _ in range(1 if steady else READS_OF_MEASURED):
-        read = sdo.wire.seen.get(entry.mux) if steady else None
+        read = sdo.device.contents.current.get(entry.mux) if steady else None
         before = sdo.upload(entry) if read is None else read
         ordinary.add(before)
         uploaded = blocks.upload(entry, crc=crc, threshold=threshold)

@@ -158,7 +158,7 @@ class Storage:
                 value = self._read(known)
             except ServerAborted:
                 continue
-            found[known.mux] = self._sdo.wire.seen[known.mux] = value[: known.length]
+            found[known.mux] = self._sdo.device.contents.current[known.mux] = value[: known.length]
         return found
 
     def _read(self, known: KnownObject) -> bytes:

@@ -148,7 +148,7 @@ class Transfers(Exchange):
             uploaded = self.run(self.client.upload(mux_of(target)))
         data = self.of_its_length(target, uploaded)
         check_constant(self.device, mux_of(target), data)
-        self.wire.seen[mux_of(target)] = data
+        self.device.contents.current[mux_of(target)] = data
         return data
 
     def upload_while(self, target: Target, due: bytes) -> bytes:

@@ -75,7 +75,7 @@ class ValueAccess:
         found = self.in_blocks(known.mux)
         if found is None:
             return self._sdo.upload(known)
-        self._sdo.wire.seen[known.mux] = found
+        self._sdo.device.contents.current[known.mux] = found
         return found
 
     def in_blocks(self, mux: Multiplexer, like: bytes = b"") -> bytes | None:

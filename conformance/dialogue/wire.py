@@ -67,8 +67,7 @@ class Wire:
     ``own_abort`` the suite has ended a transfer since the case sent anything. While it is
     ``fencing``, what comes may have been asked for by what went before; ``after_fence`` is called
     then. It ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes.
-    ``seen`` is that of ``Contents``. ``is_proven``: a fence has proven the server idle, and nothing
-    but ordinary uploads followed.
+    ``is_proven``: a fence has proven the server idle, and nothing but ordinary uploads followed.
     """
 
     def __init__(self, channel: Channel, device: Device, record: CaseRecord) -> None:
@@ -83,7 +82,6 @@ class Wire:
         record.pauses.append(self.pauses)
         self.timing = Timing(channel.pace, channel.link.now)
         self.waits = Waits(channel, self.timing)
-        self.seen = device.contents.seen
         self.is_proven = False
         self.last_sent: Request = NOTHING_SENT
         self.sent_before: Request = NOTHING_SENT

@@ -81,7 +81,7 @@ class Effects:
             self._note_written(request, target)
         contents.sent(request)
         if record.written or not isinstance(request, Abort):
-            contents.seen.clear()
+            contents.current.clear()
 
     def _note_written(self, request: Request, target: Multiplexer) -> None:
         device, record = self._device, self._record
@@ -121,7 +121,7 @@ class Effects:
             "the server has ended the block download, and has taken a segment that was on its way "
             f"for a write to {mux}"
         )
-        contents.seen.clear()
+        contents.current.clear()
         if contents.kept(mux) is None:
             contents.takes(mux)
         else:

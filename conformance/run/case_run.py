@@ -93,7 +93,7 @@ class CaseRun:
             explains=sdo.record.explains,
         )
         contents = session.device.contents
-        self._found = {mux: contents.seen.get(mux) for mux in contents.left()}
+        self._found = {mux: contents.current.get(mux) for mux in contents.left()}
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
         self.bench_error: BenchError | None = None
@@ -277,7 +277,7 @@ class CaseRun:
             if violation.rule not in INCIDENTAL:
                 self._judgement.breach(violation, asked, own=lost)
         if session.channel.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups:
-            sdo.wire.seen.clear()
+            sdo.device.contents.current.clear()
             booted = Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
             self._judgement.breach(booted, asked)
         return not failed and result.verdict in FAILED

@@ -60,7 +60,7 @@ def leave(sdo: Dialogue, *, failed: bool, proof: Proof = Proof.ANEW) -> Leaving:
     asked = sdo.wire.last_sent
     sdo.end_transfer()
     if failed:
-        sdo.wire.seen.clear()  # who knows what such a server does yet
+        sdo.device.contents.current.clear()  # who knows what such a server does yet
     elif stream := _stream(sdo):
         return Leaving(Afterwards.IDLE, _streams(stream), stream)
     elif _is_idle(sdo, proof):

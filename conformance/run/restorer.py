@@ -1,7 +1,8 @@
 """Puts back what cases wrote, by the values of the beginning of the run."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from conformance.device.contents import Holds
@@ -113,7 +114,7 @@ class Restorer:
                 continue
             if not self.device.may_put_back(mux) or self._reads(sdo, self._known(mux), value):
                 continue
-            if mux not in sdo.wire.seen:
+            if mux not in sdo.device.contents.current:
                 break
             found.append(mux)
         for mux in found:
@@ -135,13 +136,13 @@ class Restorer:
             if not contents.may_be_left(mux):
                 continue
             fits = contents.latest(mux) <= max(LONG_VALUE, len(value))
-            seen = contents.seen.get(mux)
+            seen = contents.current.get(mux)
             has_bytes = not contents.may_be_empty(mux) if seen is None else bool(seen)
             stays = fits and has_bytes and not in_doubt
             if not stays and not self._stands_in(sdo, mux, value):
                 continue
             staying.add(mux)
-            found = contents.seen.get(mux)
+            found = contents.current.get(mux)
             if found is not None and restored_value(self._known(mux), found, value):
                 self._is_back(mux, value)
             else:
@@ -155,7 +156,7 @@ class Restorer:
         """
         contents, staying = self.device.contents, set[Multiplexer]()
         for mux, value in contents.due(written).items():
-            unread = mux not in contents.seen and len(value) > LONG_VALUE
+            unread = mux not in contents.current and len(value) > LONG_VALUE
             match contents.holds(mux):
                 case Holds.PRESUMED:
                     stays = unread and contents.may_be_left(mux)
@@ -251,41 +252,26 @@ class Restorer:
             if may_put_back:
                 pending[mux] = value
         for mux in sorted(needed_for(pending) - pending.keys()):
-            kept = due.get(mux) or self._present(sdo, mux)
-            if kept and self.device.may_put_back(mux):
-                pending[mux] = kept
-                contents.will_change(mux, kept)
-        in_use = {mux: sdo.wire.seen.get(mux) for mux in pending if is_cob_id(mux)}
+            with _at_will(sdo):
+                kept = due.get(mux) or sdo.upload(mux)
+                if kept and self.device.may_put_back(mux):
+                    pending[mux] = kept
+                    contents.will_change(mux, kept)
+        # What these steps are refused is refused again behind them, and listed.
+        in_use = {mux: contents.current.get(mux) for mux in pending if is_cob_id(mux)}
         for mux, found in in_use.items():
-            self._disable(sdo, mux, found)  # it may only be moved while it is not in use
+            with _at_will(sdo):  # it may only be moved while it is not in use
+                Channels(sdo).disable(mux, found)
         for mux in pending.keys() & needed_for(pending):
             if is_0_meanwhile(mux):
-                self._write_0(sdo, mux, len(pending[mux]))
+                with _at_will(sdo):
+                    sdo.try_download(mux, bytes(len(pending[mux])))
         for mux, value in in_order(pending):
             if not self.gone:
                 self._restore(sdo, self._known(mux), value)
 
     def _known(self, mux: Multiplexer) -> KnownObject:
         return self.device.known.get(mux) or KnownObject(mux)
-
-    def _present(self, sdo: Dialogue, mux: Multiplexer) -> bytes | None:
-        try:
-            return sdo.upload(mux)
-        except Violation:
-            sdo.end_transfer()
-            return None
-
-    def _write_0(self, sdo: Dialogue, mux: Multiplexer, length: int) -> None:
-        try:
-            sdo.try_download(mux, bytes(length))
-        except Violation:
-            sdo.end_transfer()  # what depends on it will be refused, and listed
-
-    def _disable(self, sdo: Dialogue, mux: Multiplexer, found: bytes | None) -> None:
-        try:
-            Channels(sdo).disable(mux, found)
-        except Violation:
-            sdo.end_transfer()  # the value itself will be refused, and listed
 
     def _restore(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
         """Write a value and read it back; once more where it is not taken at once.
@@ -312,8 +298,7 @@ class Restorer:
                     Violation(UNSOLICITED, expected=violation.expected, actual=violation.seen)
                 )
         if known.habits.too_long:  # perhaps it was for that value only
-            habits = replace(known.habits, too_long=False)
-            self.device.known[known.mux] = replace(known, habits=habits)
+            self.device.learn(known, replace(known.habits, too_long=False))
         # What changes by itself: that the value was taken has to do.
         moves = known.floats or known.access is Access.RO
         if self._reads(sdo, known, due) or moves:
@@ -348,8 +333,9 @@ class Restorer:
         What was read last need not be read again, and what announces far more than is due, or
         far less, need not be read to its end to know that.
         """
-        if known.mux in sdo.wire.seen:
-            return restored_value(known, sdo.wire.seen[known.mux], due)
+        current = self.device.contents.current.get(known.mux)
+        if current is not None:
+            return restored_value(known, current, due)
         for _ in range(TRIES_OF_REFUSED):
             try:
                 response = sdo.initiate_upload(known)
@@ -376,5 +362,14 @@ class Restorer:
             if ValueAccess(sdo).in_blocks(known.mux, due) == due:
                 return True
             response = sdo.initiate_upload(known)
-        found = sdo.wire.seen[known.mux] = sdo.finish_upload(known, response)
+        found = self.device.contents.current[known.mux] = sdo.finish_upload(known, response)
         return restored_value(known, found, due)
+
+
+@contextmanager
+def _at_will(sdo: Dialogue) -> Iterator[None]:
+    """Let the server break off what is tried within."""
+    try:
+        yield
+    except Violation:
+        sdo.end_transfer()

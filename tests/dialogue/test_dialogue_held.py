@@ -49,7 +49,7 @@ def test_what_an_object_holds(alike: bool | None, begins: str) -> None:
         sent, sdo = first_sent(bench), bench.dialogue()
         assert ValueAccess(sdo).read(DOMAIN) == VALUE
         assert sent[0] == begins
-        assert sdo.wire.seen[DOMAIN.mux] == VALUE
+        assert sdo.device.contents.current[DOMAIN.mux] == VALUE
 
 
 def test_what_is_not_always_long_is_read_in_segments() -> None:

@@ -95,9 +95,9 @@ def test_it_is_forgotten_with_a_reset() -> None:
         bench.device = replace(bench.device, permits=Permits(permissions=frozenset({NMT})))
         sdo = bench.dialogue()
         sdo.upload(NUMBER)
-        assert sdo.wire.seen
+        assert sdo.device.contents.current
         Network(sdo).send(NmtCommand.RESET_COMMUNICATION)
-        assert not sdo.wire.seen
+        assert not sdo.device.contents.current
 
 
 def test_it_is_forgotten_when_a_case_fails() -> None:

@@ -306,5 +306,7 @@ def test_what_the_defaults_read_is_not_read_again_to_be_put_back() -> None:
     with configured("configured-and-not-stored") as (bench, _):
         run = begin_case(bench.session(), "a.case", "a service", RULE)
         run.tools.storage.loaded_defaults()
-        assert run.sdo.wire.seen.keys() >= {known.mux for known in bench.device.resettable()}
+        assert run.sdo.device.contents.current.keys() >= {
+            known.mux for known in bench.device.resettable()
+        }
         run.conclude(None)

@@ -65,7 +65,7 @@ def perform_stimulus(
             raise
         if any(found.rule.id in CUT_SHORT for found in sdo.record.minor):
             Room(sdo).restore_own(known)  # what it holds now is for no case to read
-        elif known.mux not in sdo.wire.seen:
+        elif known.mux not in sdo.device.contents.current:
             ValueAccess(sdo).read(known)
             lockstep.check()
 
