@@ -292,7 +292,7 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
     try:
         value = reading.sdo.again_if_aborted(lambda: read_whole(reading.sdo, known))
     except TooLong as size:
-        unread[known.mux] = Unread(Reason.TOO_LONG, str(size))
+        unread[known.mux] = Unread(Reason.TOO_LONG, str(size), size.missing)
         return True
     except ServerAborted as refused:
         unread[known.mux] = Unread(Reason.REFUSED, str(refused))

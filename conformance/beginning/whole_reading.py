@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 from conformance.device.effort import BELIEVED, LONGEST_READ
 from conformance.device.known_objects import KnownObject
+from conformance.device.not_testable import Lack, Missing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.value_access import ValueAccess
 from conformance.sdo.block_client import Step
@@ -19,9 +20,11 @@ class TooLong(Exception):
 
     def __init__(self, size: int, most: int) -> None:
         """Take the size that the device announces, and the ``most`` that is read."""
-        why = " by --sdo-quick" if most < LONGEST_READ else ""
+        in_haste = most < LONGEST_READ
+        why = " by --sdo-quick" if in_haste else ""
         super().__init__(f"it has {size} bytes, and no more than {most} are read{why}")
         self.size = size
+        self.missing = Missing(Lack.WHOLE_READING) if in_haste else None
 
 
 def read_whole(sdo: Dialogue, known: KnownObject) -> bytes:

@@ -21,6 +21,7 @@ from conformance.device.change_journal import (
     untold,
 )
 from conformance.device.known_objects import KnownObject
+from conformance.device.not_testable import NotTestable
 from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
@@ -319,4 +320,4 @@ class Defaults:
     """
 
     values: Mapping[Multiplexer, bytes] | None = None
-    why_not: str = ""
+    why_not: NotTestable | None = None

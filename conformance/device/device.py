@@ -8,7 +8,7 @@ from conformance.device.eds_listing import Listing
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Learned, Reason
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.options import STORAGE_TIME
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import group_of
@@ -109,7 +109,8 @@ class Device:
         if self.server_timeout is None:
             raise NotTestable(
                 "needs the time after which the device aborts the transfer of a silent client: if "
-                "it has such a time-out, declare it with --sdo-server-timeout=SECONDS"
+                "it has such a time-out, declare it with --sdo-server-timeout=SECONDS",
+                Missing(Lack.SERVER_TIMEOUT),
             )
         return self.server_timeout
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from conformance.device.known_objects import KnownObject
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Missing, NotTestable
 from conformance.device.serving import Serving
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.frames import Response
@@ -88,10 +88,12 @@ class Unread:
 
     It was ``REFUSED``, or came with fewer bytes than its type has; its upload was a ``BREACH``; it
     is ``TOO_LONG`` to be read to its end; or ``PASSED_OVER``, as the device has very many.
+    ``missing`` is what the user may add to have it read.
     """
 
     reason: Reason
     why: str = ""
+    missing: Missing | None = None
 
 
 @dataclass(slots=True)

@@ -112,7 +112,8 @@ class Roles:
                 continue  # it was said
             known = self.device.known.get(mux)
             if known is not None and _takes_any_bytes(known) and self.device.policy.permits(mux):
-                return NotTestable(f"{lacks}; {mux} would do, but could not be read: {why}")
+                words = f"{lacks}; {mux} would do, but could not be read: {why}"
+                return NotTestable(words, lacks.missing)
         return lacks
 
     def write_only(self) -> KnownObject:
@@ -180,7 +181,7 @@ class Roles:
         refused = self._refused_by_state(fits)
         if refused is not None:
             way_out = self.device.learned.serving.way_out(refused, self.device.permissions)
-            return NotTestable(f"needs {what}; {way_out}")
+            return NotTestable(f"needs {what}; {way_out}", way_out.missing)
         for known in self.device.objects:
             if self.device.learned.lengths[known.mux].irreplaceable and any(
                 each(known) for each in fits

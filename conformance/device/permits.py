@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 from conformance.device.eds_listing import Listing
 from conformance.device.effort import Effort
 from conformance.device.known_objects import KnownObject
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.protected_objects import (
     LOAD_DEFAULTS,
     NMT,
     READ_ONLY_PROBES,
     SDO_PARAMETERS,
     STORE_PARAMETERS,
+    Protected,
     how_to_permit,
     protection,
 )
@@ -61,57 +62,64 @@ class Permits:
         """Raise NotTestable without a permission."""
         if permission not in self.permissions:
             raise NotTestable(
-                f"needs permission {PURPOSES[permission]}: add --sdo-allow={permission}"
+                f"needs permission {PURPOSES[permission]}: add --sdo-allow={permission}",
+                Missing(Lack.PERMISSION, permission),
             )
 
     def require_write(self, index: int) -> None:
         """Raise NotTestable without the permission that lets an object be written."""
         group = protection(index, self.permissions)
         if group is not None:
-            raise NotTestable(how_to_permit(group))
+            raise _protected(group)
 
-    def refusal(self, known: KnownObject) -> str:
-        """Say why an entry may not be written and what to add; empty when it may."""
+    def refusal(self, known: KnownObject) -> NotTestable | None:
+        """Say why an entry may not be written and what to add; None when it may."""
         if known.mux in self.never:
-            return f"device.toml says that {known.mux} is never written"
+            return NotTestable(f"device.toml says that {known.mux} is never written")
         if any(known.mux == one.mux and one.access.writable for one in self.named):
-            return ""
+            return None
         group = protection(known.mux.index, self.permissions)
         if group is not None:
-            return how_to_permit(group)
+            return _protected(group)
         if known.refuses_download:
-            return "the EDS excludes it from writing (ObjFlags): name it if it may be written"
+            return NotTestable(
+                "the EDS excludes it from writing (ObjFlags): name it if it may be written"
+            )
         lifted = protection(known.mux.index, frozenset()) is not None
         of_device = FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
         if self.all_rw and known.access is Access.RW and (of_device or lifted):
-            return ""
+            return None
         if known.may_do_harm:
-            return (
+            return NotTestable(
                 "writing it is not permitted, and may do harm: by its name, or because drives and "
                 "outputs may move ('conformance init' lists such objects)"
             )
         name = f"--sdo-object={known.named}"
         if known.access is Access.RW and of_device:
-            return (
+            return NotTestable(
                 "writing it is not permitted: name what may be written in device.toml, which "
-                f"'conformance init' drafts, or with --sdo-object, as {name}"
+                f"'conformance init' drafts, or with --sdo-object, as {name}",
+                Missing(Lack.OBJECT),
             )
-        return f"writing it is not permitted: add {name}"
+        return NotTestable(
+            f"writing it is not permitted: add {name}", Missing(Lack.OBJECT, known.named)
+        )
 
-    def probe_refusal(self, known: KnownObject) -> str:
+    def probe_refusal(self, known: KnownObject) -> NotTestable | None:
         """Say why a read-only entry may not be written with the value that it has."""
         if known.mux in self.never:
-            return f"device.toml says that {known.mux} is never written"
+            return NotTestable(f"device.toml says that {known.mux} is never written")
         group = protection(known.mux.index, self.permissions)
         if group is not None:
-            return how_to_permit(group)
+            return _protected(group)
         if known.refuses_download:
-            return "the EDS excludes it from writing (ObjFlags)"
+            return NotTestable("the EDS excludes it from writing (ObjFlags)")
         if READ_ONLY_PROBES in self.permissions or known.mux in {one.mux for one in self.named}:
-            return ""
-        return (
+            return None
+        return NotTestable(
             "a faulty device would accept the write (of the value that it has): add "
-            f"--sdo-allow={READ_ONLY_PROBES}"
+            f"--sdo-allow={READ_ONLY_PROBES}",
+            Missing(Lack.PERMISSION, READ_ONLY_PROBES),
         )
 
     def allowed(self, objects: Iterable[KnownObject]) -> list[Multiplexer]:
@@ -121,6 +129,10 @@ class Permits:
             for known in objects
             if not (self.refusal(known) if known.access.writable else self.probe_refusal(known))
         ]
+
+
+def _protected(group: Protected) -> NotTestable:
+    return NotTestable(how_to_permit(group), Missing(Lack.PERMISSION, group.permission))
 
 
 def known_objects(named: Iterable[KnownObject], listing: Listing) -> list[KnownObject]:

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.frames import (
@@ -158,14 +159,15 @@ class Serving:
         above = min((one for one in indices | served if one > mux.index), default=None)
         return below in indices or above in indices
 
-    def way_out(self, refused: Refused, permissions: Iterable[str]) -> str:
+    def way_out(self, refused: Refused, permissions: Iterable[str]) -> NotTestable:
         """Say what a device refuses, and what the user may do about it."""
         if refused.state is None and NMT not in permissions:
-            return (
+            return NotTestable(
                 f"{refused}: if it serves them in another NMT state, let the suite try that with "
-                f"--sdo-allow={NMT}; {HOW_TO_UNLOCK}"
+                f"--sdo-allow={NMT}; {HOW_TO_UNLOCK}",
+                Missing(Lack.PERMISSION, NMT),
             )
-        return f"{refused}: {HOW_TO_UNLOCK}"
+        return NotTestable(f"{refused}: {HOW_TO_UNLOCK}")
 
     def lines(self) -> list[str]:
         """Describe each fact, and to which state the cases go for it."""

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.permits import FIRST_OF_DEVICE, LAST_OF_DEVICE
 
 Fits = Callable[[KnownObject], bool]
@@ -19,7 +19,8 @@ def lacking(device: Device, what: str, example: str, *fits: Fits) -> NotTestable
     if not device.listing.is_complete:
         return NotTestable(
             f"needs {what}: name one of the device with its type, as in --sdo-object={example} "
-            f"({example[:4]}h is an example; 'conformance init' looks for objects)"
+            f"({example[:4]}h is an example; 'conformance init' looks for objects)",
+            Missing(Lack.OBJECT, example),
         )
     found = [known for each in fits for known in _fitting(device, each)]
     known = next((one for one in found if not (one.access.writable and one.may_do_harm)), None)
@@ -31,7 +32,10 @@ def lacking(device: Device, what: str, example: str, *fits: Fits) -> NotTestable
     if known is None:
         return NotTestable(f"needs {what}: the EDS lists none that could be added")
     tried = "may be written" if known.access.writable else "has to refuse downloads"
-    return NotTestable(f"needs {what}: add --sdo-object={known.named} if {known.title} {tried}")
+    return NotTestable(
+        f"needs {what}: add --sdo-object={known.named} if {known.title} {tried}",
+        Missing(Lack.OBJECT, known.named),
+    )
 
 
 def _fitting(device: Device, fits: Fits) -> list[KnownObject]:

@@ -5,7 +5,7 @@ from contextlib import contextmanager, suppress
 
 from conformance.device.effort import MOST_MEASURED, MUCH_ROOM, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.room_trials import Trials
@@ -294,7 +294,8 @@ class Room:
             raise NotTestable(
                 f"needs an object of {needed} bytes or more: name a string or domain, "
                 "--sdo-object=2010=visible_string or in device.toml [objects] writable = "
-                '["2010=visible_string"]'
+                '["2010=visible_string"]',
+                Missing(Lack.OBJECT, "2010=visible_string"),
             ) from None
         return known, data
 

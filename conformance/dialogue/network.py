@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from math import ceil
 
 from conformance.bus.deadline import Deadline
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.device.serving import STATE_NAMES, Service
 from conformance.dialogue.dialogue import Dialogue
@@ -141,7 +141,8 @@ class Network:
         if lost:
             raise NotTestable(
                 f"a reset may change {len(lost)} objects of very many that were not read when the "
-                "run began: a run without --sdo-quick reads them"
+                "run began: a run without --sdo-quick reads them",
+                Missing(Lack.WHOLE_READING),
             )
 
     def _expect_reset(self, command: NmtCommand) -> None:

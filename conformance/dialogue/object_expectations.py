@@ -7,7 +7,7 @@ from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE, READS_OF_MEASURED, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks
@@ -48,15 +48,16 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
     value = device.values.get(entry.mux)
     if value is None:
         if device.learned.is_unread(entry.mux, Reason.TOO_LONG):
-            why = device.learned.unread[entry.mux].why
-            raise NotTestable(f"the object is too long for that: {why}")
+            unread = device.learned.unread[entry.mux]
+            raise NotTestable(f"the object is too long for that: {unread.why}", unread.missing)
         if device.learned.is_unread(entry.mux, Reason.PASSED_OVER):
             raise NotTestable(
                 "the object is one of very many, and was not read when the run began: a run "
-                "without --sdo-quick reads all"
+                "without --sdo-quick reads all",
+                Missing(Lack.WHOLE_READING),
             )
         if refused := device.learned.serving.refusal(Service.UPLOAD, entry.mux):
-            raise NotTestable(device.learned.serving.way_out(refused, device.permissions))
+            raise device.learned.serving.way_out(refused, device.permissions)
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
 
@@ -142,16 +143,16 @@ def write_quickly(sdo: Dialogue, entry: KnownObject, value: bytes) -> Abort | No
 def may_be_written(device: Device, entry: KnownObject) -> None:
     """Raise NotTestable for an entry that may not be written, or that was not read."""
     refusal = device.permits.refusal(entry)
-    if refusal:
-        raise NotTestable(refusal)
+    if refusal is not None:
+        raise refusal
     value_of(device, entry)
 
 
 def may_be_probed(device: Device, entry: KnownObject) -> None:
     """Raise NotTestable for a read-only entry that the suite may not try to write."""
     refusal = device.permits.probe_refusal(entry)
-    if refusal:
-        raise NotTestable(refusal)
+    if refusal is not None:
+        raise refusal
     value_of(device, entry)
 
 

@@ -1,7 +1,6 @@
 """What a refusal says: it is about the service that was asked for, or known of the device."""
 
 from conformance.device.device import Device
-from conformance.device.not_testable import NotTestable
 from conformance.device.serving import Service, service_of
 from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS
 from conformance.sdo.frames import Abort, Request
@@ -31,4 +30,4 @@ def step_aside(refusal: Abort, asked: Request, device: Device) -> None:
         return
     refused = device.learned.serving.excuse(service, refusal.mux, refusal.code)
     if refused is not None and refusal.mux == getattr(asked, "mux", None):
-        raise NotTestable(device.learned.serving.way_out(refused, device.permissions))
+        raise device.learned.serving.way_out(refused, device.permissions)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason
-from conformance.device.not_testable import NotTestable, Unimplemented
+from conformance.device.not_testable import Lack, Missing, NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
@@ -87,18 +87,19 @@ class Storage:
         """
         device = self._device
         if device.defaults.values is None:
-            if device.defaults.why_not:
-                raise NotTestable(device.defaults.why_not)
-            device.defaults.why_not = (
+            if device.defaults.why_not is not None:
+                raise device.defaults.why_not
+            device.defaults.why_not = NotTestable(
                 f"the defaults could not be loaded: see {self._sdo.record.rule.id}"
             )
             try:
                 device.defaults.values = self._load_defaults()
             except NotTestable as lacking:
-                device.defaults.why_not = str(lacking)
+                device.defaults.why_not = lacking
                 raise
             except Unimplemented as refusal:
-                device.defaults.why_not = f"the device loads no defaults ({refusal}){BY_HAND}"
+                words = f"the device loads no defaults ({refusal}){BY_HAND}"
+                device.defaults.why_not = NotTestable(words)
                 raise
         return device.defaults.values
 
@@ -122,7 +123,8 @@ class Storage:
         device = self._device
         if not device.listing.is_complete:
             raise NotTestable(
-                "needs an EDS, --sdo-eds=FILE, which lists all objects that would change"
+                "needs an EDS, --sdo-eds=FILE, which lists all objects that would change",
+                Missing(Lack.EDS),
             )
         self._require_for_defaults(LOAD_DEFAULTS)
         self._require_for_defaults(NMT)
@@ -138,7 +140,7 @@ class Storage:
         try:
             self._device.permits.require(permission)
         except NotTestable as lacking:
-            raise NotTestable(f"{lacking}{BY_HAND}") from None
+            raise NotTestable(f"{lacking}{BY_HAND}", lacking.missing) from None
 
     def _stored(self) -> dict[Multiplexer, bytes]:
         """Return what is stored and no default, as a reset has just shown; it will be lost."""
@@ -182,13 +184,17 @@ class Storage:
         if lost:
             raise NotTestable(
                 f"what {lost[0]} and others hold could not be put back: they were not read when "
-                "the run began: a run without --sdo-quick reads them"
+                "the run began: a run without --sdo-quick reads them",
+                Missing(Lack.WHOLE_READING),
             )
         for known in self._device.objects:
             too_long = self._device.learned.is_unread(known.mux, Reason.TOO_LONG)
             if too_long and known.access.writable:
-                why = self._device.learned.unread[known.mux].why
-                raise NotTestable(f"what {known} holds could not be put back: {why}{BY_HAND}")
+                unread = self._device.learned.unread[known.mux]
+                raise NotTestable(
+                    f"what {known} holds could not be put back: {unread.why}{BY_HAND}",
+                    unread.missing,
+                )
 
     def _check_put_back(self, values: Values) -> None:
         """Raise NotTestable where the defaults would replace what could not be put back."""
@@ -203,11 +209,9 @@ class Storage:
         more = f" and {len(lost) - MOST_NAMED} more" if len(lost) > MOST_NAMED else ""
         ordered = [known for known in lost if known.mux.index in IN_ORDER]
         first = (ordered or lost)[0]
-        why = (
-            f"{first} is written in an order of its own"
-            if ordered
-            else self._device.permits.refusal(first) or f"{first} refuses what it reads"
-        )
-        raise NotTestable(
-            f"what {names}{more} hold may be no default, and could not be put back ({why}){BY_HAND}"
-        )
+        refusal = None if ordered else self._device.permits.refusal(first)
+        why = f"{first} refuses what it reads" if refusal is None else str(refusal)
+        if ordered:
+            why = f"{first} is written in an order of its own"
+        words = f"what {names}{more} hold may be no default, and could not be put back ({why})"
+        raise NotTestable(f"{words}{BY_HAND}", None if refusal is None else refusal.missing)

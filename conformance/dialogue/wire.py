@@ -12,7 +12,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.kinds import task_of
 from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.protected_objects import OTHER_NODES
 from conformance.device.safety import may_ask
 from conformance.dialogue.case_record import CaseRecord
@@ -136,7 +136,8 @@ class Wire:
         if not may_ask(frame, self.channel, self.device.permissions):
             raise NotTestable(
                 "needs permission to send SDO requests to other nodes, which may end a transfer "
-                f"that another client has open there: add --sdo-allow={OTHER_NODES}"
+                f"that another client has open there: add --sdo-allow={OTHER_NODES}",
+                Missing(Lack.PERMISSION, OTHER_NODES),
             )
         like = decode_request(whole_frame(frame.data))
         self.line.unacknowledged = 0

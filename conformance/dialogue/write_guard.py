@@ -1,7 +1,7 @@
 """What a request may change of the device: permitted before it goes out, and noted then."""
 
 from conformance.device.device import Device
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.protected_objects import READ_ONLY_PROBES
 from conformance.device.safety import written_by
 from conformance.dialogue.case_record import CaseRecord
@@ -64,7 +64,8 @@ class Effects:
         if self._device.policy.needs_probes(target):
             raise NotTestable(
                 f"needs permission to write to {target}, which a correct device refuses: "
-                f"add --sdo-allow={READ_ONLY_PROBES}"
+                f"add --sdo-allow={READ_ONLY_PROBES}",
+                Missing(Lack.PERMISSION, READ_ONLY_PROBES),
             )
         self._device.policy.check(request)
         return target

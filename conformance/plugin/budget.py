@@ -9,12 +9,14 @@ from collections.abc import Generator, Sequence
 
 import pytest
 
+from conformance.device.not_testable import Lack, Missing
 from conformance.plugin.items import judges_run
 from conformance.plugin.state import RESULT, case_of, left_out, uses_device
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.run.verdict import Verdict
 
 WHY = "budget"
+OUT_OF_TIME = Missing(Lack.TIME)
 
 
 class Budget:
@@ -40,7 +42,7 @@ class Budget:
         if judges_run(item) and case.node_id in self._tried:
             return
         if self._estimate.due(item.nodeid) > self.left(case.node_id):
-            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, WHY)
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, WHY, OUT_OF_TIME)
             pytest.skip(f"{Verdict.NOT_RUN.value}: {WHY}")
 
     def take(self, item: pytest.Item, seconds: float) -> None:

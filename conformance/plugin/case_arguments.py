@@ -99,8 +99,14 @@ def or_skip(find: Callable[[], Found]) -> Found:
     """Return what a device has for a case; skips it where there is no such thing."""
     try:
         return find()
-    except NotTestable as missing:
-        pytest.skip(f"{Verdict.NOT_TESTABLE}: {missing}")
+    except NotTestable as lacking:
+        raise pytest.skip.Exception(f"{Verdict.NOT_TESTABLE}: {lacking}") from lacking
+
+
+def as_lacking(skipped: BaseException | None) -> NotTestable:
+    """Return what a case lacks that was skipped."""
+    lacking = skipped.__cause__ if skipped is not None else None
+    return lacking if isinstance(lacking, NotTestable) else NotTestable(str(skipped))
 
 
 def end_unperformed(item: pytest.Item) -> None:

@@ -5,6 +5,7 @@ from collections.abc import Generator
 import pytest
 
 from conformance.bus.errors import BenchError, SuiteError
+from conformance.plugin.case_arguments import as_lacking
 from conformance.plugin.failure import CaseFailed, as_pytest_shows
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.outcome import attach, attach_not_run
@@ -40,8 +41,10 @@ class CaseReports:
         error = call.excinfo.value if call.excinfo else None
         if call.when == "setup" and report.skipped:
             if RESULT not in item.stash and isinstance(item, CaseFunction):
-                why = str(error).removeprefix(f"{Verdict.NOT_TESTABLE}: ")
-                item.stash[RESULT] = left_out(case_of(item), Verdict.NOT_TESTABLE, why)
+                lacking = as_lacking(error)
+                item.stash[RESULT] = left_out(
+                    case_of(item), Verdict.NOT_TESTABLE, str(lacking), lacking.missing
+                )
             if RESULT in item.stash:
                 left = item.stash[RESULT]
                 (attach_not_run if left.verdict is Verdict.NOT_RUN else attach)(item, left)

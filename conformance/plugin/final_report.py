@@ -234,8 +234,8 @@ class FinalReport:
             result for result in self._state.findings.unreached if result.verdict is Verdict.NOT_RUN
         ]
         ended = str(session.shouldfail or session.shouldstop or "")
-        whys = {result.actual for result in self._state.results}
-        spent = budget.WHY if budget.WHY in whys else COMPLETE
+        out_of_time = any(result.missing == budget.OUT_OF_TIME for result in self._state.results)
+        spent = budget.WHY if out_of_time else COMPLETE
         return ended or (unreached[0].actual if unreached else spent)
 
     def _about_end(self, session: pytest.Session) -> dict[str, Any]:

@@ -12,6 +12,7 @@ import pytest
 
 from conformance.bus.errors import BenchError, BusOff, InterfaceLost, TransmitBufferFull
 from conformance.bus.stop import Stop
+from conformance.device.not_testable import Missing
 from conformance.plugin.findings import Findings
 from conformance.plugin.items import DEVICE_SESSION, CaseFunction
 from conformance.plugin.options import Options
@@ -197,7 +198,9 @@ def _case_of(item: pytest.Item) -> ItemCase:
     return ItemCase(item.name, item.path.stem, rule, node_id, name)
 
 
-def left_out(case: ItemCase, verdict: Verdict, why: str) -> CaseResult:
+def left_out(
+    case: ItemCase, verdict: Verdict, why: str, missing: Missing | None = None
+) -> CaseResult:
     """Return the result of a case that was not begun."""
     rule = case.rule
     return CaseResult(
@@ -213,4 +216,5 @@ def left_out(case: ItemCase, verdict: Verdict, why: str) -> CaseResult:
         name=case.name,
         state=case.state,
         stimulus=case.stimulus,
+        missing=missing,
     )

@@ -12,6 +12,7 @@ from pathlib import PurePath
 from types import UnionType
 from typing import Any, NotRequired, TypedDict, get_args, get_origin, get_type_hints, is_typeddict
 
+from conformance.device.not_testable import Missing
 from conformance.reporting.bus_log import Place
 from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult
@@ -167,10 +168,10 @@ def places_of(values: Mapping[str, Any]) -> list[Place | None]:
 
 _HINTS: dict[type, dict[str, Any]] = {
     kind: get_type_hints(kind)
-    for kind in (CaseResult, Cause, TraceLine, Place, About, Discovered, Ended, NamedFile)
+    for kind in (CaseResult, Cause, Missing, TraceLine, Place, About, Discovered, Ended, NamedFile)
 }
 # Values of a result that are objects in JSON, with exactly their fields.
-_VALUES = (Cause, TraceLine)
+_VALUES = (Cause, Missing, TraceLine)
 
 
 def _check(what: str, values: Mapping[str, Any], kind: type) -> None:

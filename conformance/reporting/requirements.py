@@ -59,9 +59,12 @@ class Requirement:
 def _why(results: Sequence[CaseResult], enough: frozenset[Verdict]) -> str:
     """Return what keeps most cases from being tested, and so what to add."""
     reasons = lacks(
-        f"the device refuses it: {result.actual}"
-        if result.verdict is Verdict.UNIMPLEMENTED
-        else result.actual
+        (
+            result,
+            f"the device refuses it: {result.actual}"
+            if result.verdict is Verdict.UNIMPLEMENTED
+            else result.actual,
+        )
         for result in results
         if result.verdict not in enough
     )

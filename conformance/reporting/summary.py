@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from conformance import __version__
 from conformance.device.device import Device
-from conformance.device.not_testable import addition
+from conformance.device.not_testable import Missing
 from conformance.run.bench import RunSettings
 from conformance.run.verdict import NOT_TESTED, CaseResult, Verdict
 
@@ -161,7 +161,7 @@ def _progress_lines(results: Sequence[CaseResult]) -> list[str]:
 def _missing_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
     """Return a line for each thing that cases lack, most cases first."""
     missing = lacks(
-        result.actual
+        (result, result.actual)
         for result in results
         if result.verdict is Verdict.NOT_TESTABLE and not result.cause
     )
@@ -170,14 +170,14 @@ def _missing_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
     return lines if whole else _first(lines, MOST_REASONS, more)
 
 
-def lacks(reasons: Iterable[str]) -> list[tuple[str, int]]:
+def lacks(reasons: Iterable[tuple[CaseResult, str]]) -> list[tuple[str, int]]:
     """Return what cases lack with their number, most first; what one addition gives is one reason.
 
-    That is told in the words of most of them.
+    Each case has its reason in words; that of one addition is told in the words of most cases.
     """
-    groups: defaultdict[str, Counter[str]] = defaultdict(Counter)
-    for reason in reasons:
-        groups[addition(reason) or reason][reason] += 1
+    groups: defaultdict[Missing | str, Counter[str]] = defaultdict(Counter)
+    for result, reason in reasons:
+        groups[result.missing or reason][reason] += 1
     told = [(words.most_common(1)[0][0], words.total()) for words in groups.values()]
     return sorted(told, key=lambda reason: -reason[1])
 

@@ -103,6 +103,7 @@ class Judgement:
                 self.breach(error.as_violation(), asked, in_the_way=True)
             case NotTestable():
                 result.verdict, result.actual = Verdict.NOT_TESTABLE, str(error)
+                result.missing = error.missing
             case Unimplemented():
                 result.verdict, result.actual = Verdict.UNIMPLEMENTED, str(error)
             case BenchError():

@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Self
 
+from conformance.device.not_testable import Lack, Missing
 from conformance.run.trace import TraceLine
 from conformance.sdo.rules import Cause
 
@@ -55,7 +56,7 @@ class CaseResult:
     ``output`` what a device that was lost has written last; ``progress`` says how many of its
     examples a random case has tried. ``cause`` is what is wrong with the device, the same for all
     cases that it fails, or keeps from their point; ``met`` are causes that the case has stepped
-    round.
+    round. ``missing`` is what the user may add to have a case tested that was not.
     """
 
     case_id: str
@@ -88,6 +89,7 @@ class CaseResult:
     name: str = ""
     state: str = ""
     stimulus: str = ""
+    missing: Missing | None = None
 
     def __post_init__(self) -> None:
         """A case that does not vary has no other name than its id."""
@@ -120,6 +122,7 @@ class CaseResult:
         values["afterwards"] = self.afterwards.value
         values["cause"] = None if self.cause is None else asdict(self.cause)
         values["met"] = [asdict(cause) for cause in self.met]
+        values["missing"] = None if self.missing is None else self.missing._asdict()
         values["trace"] = [line._asdict() for line in self.trace]
         return values
 
@@ -131,6 +134,8 @@ class CaseResult:
         result.afterwards = Afterwards(result.afterwards)
         result.cause = Cause(**values["cause"]) if values.get("cause") else None
         result.met = [Cause(**cause) for cause in values.get("met", ())]
+        if missing := values.get("missing"):
+            result.missing = Missing(Lack(missing["kind"]), missing["name"])
         result.trace = [TraceLine(**line) for line in values.get("trace", ())]
         return result
 

@@ -7,7 +7,7 @@ import pytest
 from conformance.device.device import Device
 from conformance.device.eds_listing import ListedObject, Listing, ObjectType
 from conformance.device.known_objects import KnownObject, by_multiplexer
-from conformance.device.not_testable import NotTestable, addition
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
@@ -36,10 +36,14 @@ def device(*entries: KnownObject, named: tuple[KnownObject, ...] = ()) -> Device
     )
 
 
-def said(ask: Callable[[], object]) -> str:
+def lacking(ask: Callable[[], object]) -> NotTestable:
     with pytest.raises(NotTestable) as caught:
         ask()
-    return str(caught.value)
+    return caught.value
+
+
+def said(ask: Callable[[], object]) -> str:
+    return str(lacking(ask))
 
 
 SPEED = entry(0x2002, DataType.UNSIGNED16, name="Speed")
@@ -54,6 +58,7 @@ def test_an_object_of_the_eds_with_its_type() -> None:
         "needs a writable number of 2 bytes: add --sdo-object=2002=unsigned16 if 2002h:00 (Speed) "
         "may be written"
     )
+    assert lacking(lambda: roles.number(2)).missing == Missing(Lack.OBJECT, "2002=unsigned16")
     assert "add --sdo-object=2001=unsigned32 if" in said(roles.number), "the longest that is used"
     assert "add --sdo-object=2005=visible_string if" in said(roles.text)
     assert "add --sdo-object=2005=visible_string if" in said(roles.variable)
@@ -93,15 +98,16 @@ def test_what_does_least_harm_comes_first() -> None:
 )
 def test_what_may_do_harm_is_never_suggested(known: KnownObject) -> None:
     """Of them, ``init`` says why; to be read they may be named."""
-    advice = said(lambda: Roles(device(known)).number(2))
-    assert advice == (
+    advice = lacking(lambda: Roles(device(known)).number(2))
+    assert advice.missing is None
+    assert str(advice) == (
         "needs a writable number of 2 bytes: by its name or its profile, each that the EDS lists "
         "may do harm when it is written ('conformance init' lists them)"
     )
-    assert addition(advice) == ""
     refusal = Permits().refusal(known)
-    assert "may do harm" in refusal
-    assert addition(refusal) == ""
+    assert refusal is not None
+    assert "may do harm" in str(refusal)
+    assert refusal.missing is None
 
 
 def test_a_domain_for_firmware_is_no_example_of_what_is_write_only() -> None:
@@ -131,19 +137,3 @@ def test_without_an_eds_it_is_an_example() -> None:
         "needs a writable number of 2 bytes: name one of the device with its type, as in "
         "--sdo-object=2001=unsigned16 (2001h is an example; 'conformance init' looks for objects)"
     )
-
-
-@pytest.mark.parametrize(
-    ("sentence", "added"),
-    [
-        ("needs permission: add --sdo-allow=nmt", "--sdo-allow=nmt"),
-        ("a permission is needed: --sdo-allow=nmt, or [permissions]", "--sdo-allow=nmt"),
-        ("add --sdo-object=2020=unsigned32,wo if it may", "--sdo-object=2020=unsigned32,wo"),
-        ("--sdo-object=2010:01=unsigned8 (an example)", "--sdo-object=2010:01=unsigned8"),
-        ("needs an EDS, --sdo-eds=FILE, which", "--sdo-eds=FILE"),
-        ("or with --sdo-object, as --sdo-object=2001", "--sdo-object"),
-        ("2001h:00 takes no value of 5 bytes: name a larger one", ""),
-    ],
-)
-def test_what_a_sentence_asks_to_add(sentence: str, added: str) -> None:
-    assert addition(sentence) == added

@@ -6,6 +6,7 @@ from reporting_results import result
 from conformance.device.device import Device
 from conformance.device.eds_listing import Listing
 from conformance.device.learned import Learned
+from conformance.device.not_testable import Lack, Missing
 from conformance.reporting.summary import (
     MOST_REASONS,
     device_properties,
@@ -66,17 +67,20 @@ def test_many_lines_of_a_kind_are_not_all_shown() -> None:
 
 
 def test_what_one_addition_gives_is_one_reason() -> None:
+    nmt, probes = (Missing(Lack.PERMISSION, name) for name in ("nmt", "read-only-probes"))
     reasons = [
-        "needs an EDS",
-        *["the device would take it: add --sdo-allow=read-only-probes"] * 2,
-        *["needs to write to 1000h:00: add --sdo-allow=read-only-probes"] * 3,
-        *["needs permission: add --sdo-allow=nmt"] * 4,
+        ("needs an EDS", Missing(Lack.EDS)),
+        *[("the device would take it: permit it", probes)] * 2,
+        *[("needs to write to 1000h:00", probes)] * 3,
+        *[("needs permission", nmt)] * 4,
     ]
-    results = [result(Verdict.NOT_TESTABLE, actual=reason) for reason in reasons]
+    results = [
+        result(Verdict.NOT_TESTABLE, actual=reason, missing=missing) for reason, missing in reasons
+    ]
     assert summary_lines(results, whole=False)[1:] == [
         "0 of 10 cases tested (0 %)",
-        f"not testable (5 cases): {reasons[3]}",
-        "not testable (4 cases): needs permission: add --sdo-allow=nmt",
+        "not testable (5 cases): needs to write to 1000h:00",
+        "not testable (4 cases): needs permission",
         "not testable (1 case): needs an EDS",
     ]
 

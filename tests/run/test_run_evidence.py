@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from conformance.bus.link import Captured, Direction
+from conformance.device.not_testable import Lack, Missing
 from conformance.run.evidence import (
     cansend_lines,
     evidence_text,
@@ -198,4 +199,5 @@ def test_the_sentence_of_a_case_that_is_broken_itself_stands_once() -> None:
 def test_a_result_survives_being_written_and_read() -> None:
     cause = Cause("response.toggle", "t=…")
     result = replace(RESULT, cause=cause, met=[cause], state="idle", stimulus="40h")
+    result.missing, result.decisive = Missing(Lack.PERMISSION, "nmt"), 0
     assert CaseResult.from_dict(json.loads(json.dumps(result.as_dict()))) == result

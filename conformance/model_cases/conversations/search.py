@@ -2,7 +2,7 @@
 
 import time
 
-from conformance.device.not_testable import NotTestable
+from conformance.device.not_testable import Lack, Missing, NotTestable
 from conformance.model_cases.conversations.conversation import Conversation, Kind
 from conformance.model_cases.conversations.device_objects import DeviceObjects, survey
 from conformance.model_cases.conversations.plan import SearchPlan
@@ -35,7 +35,10 @@ class ConversationSearch:
         case; NotTestable without a string or domain, or without examples; BenchError.
         """
         if not self._plan.examples:
-            raise NotTestable("no random conversations were asked for: leave out --sdo-examples=0")
+            raise NotTestable(
+                "no random conversations were asked for: leave out --sdo-examples=0",
+                Missing(Lack.EXAMPLES),
+            )
         # hypothesis takes long to import, and a run of chosen cases mostly draws nothing.
         from conformance.model_cases.conversations.hunt import Hunt
 

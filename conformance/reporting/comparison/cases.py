@@ -57,11 +57,14 @@ class Group:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A kind of change, and the cases that have changed so; ``worse`` is what a gate refuses."""
+    """A kind of change, and the cases that have changed so.
+
+    ``worse`` is the name of a kind that a gate refuses, empty for any other.
+    """
 
     title: str
     groups: list[Group]
-    worse: bool
+    worse: str
 
     @property
     def number(self) -> int:
@@ -70,16 +73,16 @@ class Section:
 
 
 class Change(Enum):
-    """A kind of change: in words, and whether the device got worse by it."""
+    """A kind of change: its title, and how a change for the worse is called."""
 
-    BROKEN = "broken: passed before, fail now", True
-    REFUSED = "no longer served: passed before, refused now as unimplemented", True
-    FOUND = "fail now, were not tested before", False
-    WEAKER = "miss a SHOULD now", False
-    FIXED = "fixed: failed before, do not fail now", False
-    UNTESTED = "tested before, not tested now", False
-    ADDED = "only in the new run", False
-    GONE = "only in the old run", False
+    BROKEN = "broken: passed before, fail now", "broken"
+    REFUSED = "no longer served: passed before, refused now as unimplemented", "no longer served"
+    FOUND = "fail now, were not tested before", ""
+    WEAKER = "miss a SHOULD now", ""
+    FIXED = "fixed: failed before, do not fail now", ""
+    UNTESTED = "tested before, not tested now", ""
+    ADDED = "only in the new run", ""
+    GONE = "only in the old run", ""
 
 
 def _change(old: CaseResult, new: CaseResult, *, strict: bool) -> Change | None:

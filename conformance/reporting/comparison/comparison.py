@@ -77,7 +77,7 @@ class Comparison:
     def worse(self) -> list[str]:
         """Say what got worse; nothing if nothing did."""
         told = [
-            f"{counted(section.number)} {section.title.partition(':')[0]}"
+            f"{counted(section.number)} {section.worse}"
             for section in self.sections
             if section.worse
         ]
