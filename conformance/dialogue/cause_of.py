@@ -92,7 +92,7 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     if answer == NO_ANSWER and rule.id in OF_SUB_BLOCKS and isinstance(request, BlockAck):
         rule = ANSWERED  # it was answered by fewer segments than it asks for, perhaps by none
     asked = ""
-    if rule.id in GENERAL and answer != OTHER_DATA and request != NOTHING_SENT:
+    if rule.id in GENERAL and answer != OTHER_DATA and request is not NOTHING_SENT:
         # Wrong data are that, whatever was asked last.
         asked = f"{GENERAL[rule.id]} {violation.asked_as or kind_of_request(request)}"
     elif rule.id == RESERVED.id:

@@ -78,11 +78,11 @@ class Silence:
     def _calm_before(self, data: bytes) -> None:
         begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
         # What comes right behind an abort would be answered second. (81h to 9Fh may be a segment.)
-        aborted = is_abort(self._wire.data) and self._wire.has_aborted
+        wire = self._wire
+        aborted = wire.own_abort is None and is_abort(wire.last_sent.encode())
         behind_abort = aborted and not is_abort(data) and self._causes.aborts_are_answered
-        behind_end = isinstance(self._wire.last_sent, BlockEndResponse)
-        channel = self._wire.channel
-        is_calm = channel.is_calm and not channel.waiting()
+        behind_end = isinstance(wire.last_sent, BlockEndResponse)
+        is_calm = wire.channel.is_calm and not wire.channel.waiting()
         if (begins or behind_abort or behind_end) and self.calms_down and not is_calm:
             self.calm()
 
@@ -186,7 +186,7 @@ class Silence:
     def _read_the_rest(self) -> None:
         """Read the segments of 1000h, where it takes any."""
         for request, due in self._device.baseline[1:]:
-            self._wire.transmit(request)
+            self._wire.send(request)
             response = self._wire.receive()
             if response.encode() != due:
                 raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=Received(response))
@@ -200,7 +200,7 @@ class Silence:
         """
         wire = self._wire
         baseline = self._device.baseline[0][1]
-        wire.transmit(UploadInitiate(ERROR_REGISTER).encode())
+        wire.send(UploadInitiate(ERROR_REGISTER).encode())
         deadline, both = wire.waits.deadline(1), False
         while (frame := wire.next_frame()) is not None and wire.take(frame).encode() == baseline:
             both = True
@@ -212,7 +212,7 @@ class Silence:
         return both
 
     def _send_baseline(self) -> None:
-        self._wire.transmit(self._device.baseline[0][0])
+        self._wire.send(self._device.baseline[0][0])
 
     def reaction(self) -> Response | None:
         """Return the answer to what was sent last, or None when there was none.

@@ -58,15 +58,15 @@ PLAIN_READING = UploadInitiate, UploadSegment
 class Wire:
     """The frames of one channel within one case.
 
-    ``last_sent`` and ``sent_before`` are what the case has sent, and not what a fence has; ``data``
-    are the bytes of the former. The ``line`` follows the conversation; ``parts`` are what downloads
-    of each object have brought since one was completed. ``crossed`` counts the requests that an
-    abort of the server may have crossed, and ``let_pass`` are refusals of these. ``misshapen`` is
-    the breach by the shape of an answer to what was sent last, and ``server_aborted`` says that the
-    last response was an abort; it is the ``refusal`` where it was that of an initiate. By
-    ``own_abort`` the suite has ended a transfer since the case sent anything. While it is
-    ``fencing``, what comes may have been asked for by what went before; ``after_fence`` is called
-    then. It ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes.
+    ``last_sent`` and ``sent_before`` are what the case has sent, and not what a fence has. The
+    ``line`` follows the conversation; ``parts`` are what downloads of each object have brought
+    since one was completed. ``crossed`` counts the requests that an abort of the server may have
+    crossed, and ``let_pass`` are refusals of these. ``misshapen`` is the breach by the shape of an
+    answer to what was sent last, and ``server_aborted`` says that the last response was an abort;
+    it is the ``refusal`` where it was that of an initiate. By ``own_abort`` the suite has ended a
+    transfer since the case sent anything. While it is ``fencing``, what comes may have been asked
+    for by what went before; ``after_fence`` is called then. It ``looks_for_aborts`` before it
+    sends, unless an oracle is shown whatever comes.
     ``is_proven``: a fence has proven the server idle, and nothing but ordinary uploads followed.
     """
 
@@ -85,7 +85,6 @@ class Wire:
         self.is_proven = False
         self.last_sent: Request = NOTHING_SENT
         self.sent_before: Request = NOTHING_SENT
-        self.data = b""
         self.crossed = 0
         self.let_pass: list[bytes] = []
         self.misshapen: Violation | None = None
@@ -102,15 +101,10 @@ class Wire:
     # What is sent
 
     def send(self, data: bytes, built: Message | None = None) -> None:
-        """Send a request of the case: 0 to 8 data bytes, and what was ``built`` of them if it was.
+        """Send a request of the case or of a fence: 0 to 8 data bytes, and what they were built of.
 
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
-        self.transmit(data, built)
-        self.data = data
-
-    def transmit(self, data: bytes, built: Message | None = None) -> None:
-        """Send a request of the case or of a fence."""
         running = self.line.open
         within = running is not None
         decoded = self._follow(data, built)
@@ -249,7 +243,7 @@ class Wire:
         """Repeat a read, once, of which the answer may have been missed; no other request is."""
         self.pauses.repeated(self.channel.missed)
         again = self.channel.link.now()
-        self.transmit(self._read)
+        self.send(self._read)
         frame = self.next_frame()
         if frame is not None and self.channel.arrived < again:
             self.channel.receive()  # the first answer has come after all, so there is another one
@@ -328,24 +322,27 @@ class Wire:
             data = whole_frame(data)
         running, owed, segments = self.line.open, self.line.owed, self.line.unacknowledged
         response = self.read(data)
-        aborted = isinstance(response, Abort)
-        refused = aborted and owed and isinstance(self.last_sent, INITIATES)
-        self.record.early.received(response, None if refused or self.fencing else running)
-        # What the server was asked when it left on its own is on the way to an idle one.
-        left = owed and not refused and not self.fencing and leaves(response, running)
+        abort = response if isinstance(response, Abort) else None
+        self.refusal = abort if owed and isinstance(self.last_sent, INITIATES) else None
+        ended = None if self.refusal or self.fencing else running
+        self.record.early.received(response, ended)
+        if abort is not None:
+            # What the server was asked when it left on its own is on the way to an idle one.
+            self.crossed = max(segments - 1, 0) + int(owed and leaves(abort, ended))
         if not self.fencing:
-            self.server_aborted = aborted
-        if aborted:
-            self.crossed = max(segments - 1, 0) + int(left)
-        self.refusal = response if refused and isinstance(response, Abort) else None
-        if self.refusal is not None and running is None and not self.fencing:
-            foreign = of_other_service(self.refusal, self.last_sent)
+            self.server_aborted = abort is not None
+            if self.refusal is not None:
+                self._note_refusal(self.refusal, running)
+        return response
+
+    def _note_refusal(self, refusal: Abort, running: Multiplexer | None) -> None:
+        """Take the refusal of an initiate: by the code of another service, or in another state."""
+        if running is None:
+            foreign = of_other_service(refusal, self.last_sent)
             if foreign is not None:
                 self.note(foreign)
-        judged = self.record.in_case and self.looks_for_aborts and not self.fencing
-        if judged and self.refusal is not None:
-            step_aside(self.refusal, self.last_sent, self.device)
-        return response
+        if self.record.in_case and self.looks_for_aborts:
+            step_aside(refusal, self.last_sent, self.device)
 
     def read(self, data: bytes) -> Response:
         """Follow a response, and what it confirms; return which it is."""

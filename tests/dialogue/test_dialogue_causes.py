@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.dialogue.cause_of import TIMED_OUT, blocked, cause_of
+from conformance.dialogue.cause_of import NOTHING_SENT, TIMED_OUT, blocked, cause_of
 from conformance.dialogue.causes import MANY_RULES, Causes
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -105,6 +105,13 @@ def from_hex(frame: str) -> Seen:
             "the device booted",
             "the device booted behind command specifier …",
         ),
+        (
+            NO_REBOOT,
+            Unknown(b""),
+            "the device booted",
+            "the device booted behind frame without data",
+        ),
+        (NO_REBOOT, NOTHING_SENT, "the device booted", "the device booted"),
         # The code of an abort that is wrong as such does not matter.
         (MULTIPLEXER, READ, from_hex("80 00 00 00 00 00 02 06"), "abort"),
         (UNSOLICITED, READ, from_hex("80 10 20 01 00 00 00 08"), "abort to upload initiate"),
