@@ -98,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _open_streams() -> None:
-    """Let what is shown be text of any kind, and let there be where it goes.
+    """Let stdout and stderr take any text, and exist.
 
     A program that was started with a closed stdout or stderr has none.
     """

@@ -1,4 +1,4 @@
-"""What tests of the user's own need, as ``from conformance import Multiplexer`` gives it.
+"""Names for a user's own tests, as in ``from conformance import Multiplexer``.
 
 These names stay where they are. Whatever else there is may move between two versions.
 """

@@ -1,4 +1,4 @@
-"""``conformance compare``: what has changed between two runs."""
+"""``conformance compare``: the changes between two runs."""
 
 import argparse
 from pathlib import Path
@@ -21,7 +21,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the differences, and write them as a page where one is wanted."""
+    """Print the differences, and write them as a page with ``--page``."""
     comparison = Comparison(Side.read(options.old), Side.read(options.new))
     for line in comparison_lines(comparison):
         print(inert(line))

@@ -38,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print each frame in words, or only what was not allowed."""
+    """Print each frame in words, or only the breaches."""
     is_live = bool(options.can_interface or options.can_channel)
     if is_live == bool(options.log):
         raise ValueError("decode takes either a log, or a bus that --can-channel names")

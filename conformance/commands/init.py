@@ -1,4 +1,4 @@
-"""``conformance init``: a draft of device.toml, from what a device lets read or an EDS lists."""
+"""``conformance init``: a draft of device.toml, from a device, its EDS or both."""
 
 import argparse
 import os
@@ -134,7 +134,7 @@ def _from_device(options: argparse.Namespace, listing: Listing | None) -> Draft:
 
 
 def _notes(draft: Draft) -> Iterator[str]:
-    """Yield what was found, in a few lines."""
+    """Yield the findings, in a few lines."""
     yield from draft.about
     yield from draft.remarks[:MOST_REMARKS]
     if len(draft.remarks) > MOST_REMARKS:
@@ -171,7 +171,7 @@ class Progress:
         self._said = self._begin = time.monotonic()
 
     def __call__(self, read: object, number: int, count: int) -> None:
-        """Take what is read next, behind ``number`` of ``count`` others."""
+        """Take the object that is read next, behind ``number`` of ``count`` others."""
         now = time.monotonic()
         if number == 0:
             self._begin = now

@@ -23,7 +23,7 @@ def add_option(
 ) -> None:
     """Add an option of the table.
 
-    The command may have its own ``help``; ``without`` is what it takes without the option.
+    The command may have its own ``help``; ``without`` is its value without the option.
     """
     own = replace(option, help=help or option.help)
     parser.add_argument(
@@ -37,7 +37,7 @@ def add_option(
 def add_bus_options(
     parser: argparse.ArgumentParser, interface: str = "", channel: str = ""
 ) -> None:
-    """Add the options of the bus; the texts say what the command takes without them."""
+    """Add the options of the bus; the texts name the values without them."""
     add_option(parser, table.INTERFACE, without=interface)
     add_option(parser, table.CHANNEL, without=channel)
     add_option(parser, table.BIT_RATE)

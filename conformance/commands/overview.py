@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print a table, and write it as a page where one is wanted."""
+    """Print a table, and write it as a page with ``--page``."""
     overview = read_overview(options.folder)
     if options.page:  # before a reader such as ``head`` closes the pipe
         write_overview(options.page, overview)

@@ -32,7 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Send, and print what comes."""
+    """Send the requests, and print the answers."""
     log = RecordedLog(options.log)
     plan = read_plan(log, options.node_id)
     plan.check(writes=options.writes)

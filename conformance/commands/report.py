@@ -22,7 +22,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the reports, and say what the run has found."""
+    """Write the reports, and print the summary of the run."""
     recorded = read_run(options.folder)
     paths = write_reports(options.folder, recorded)
     for line in (*verdict_counts(recorded.results), *recorded.troubles):

@@ -1,7 +1,7 @@
 """The exit statuses of the commands."""
 
 DONE, BROKEN_BENCH, WRONG_USE, NOT_ALLOWED = 0, 1, 2, 3
-# What was checked has errors.
+# The checked files have errors.
 FAULTY = 1
 # As a run of the suite says it; the first as pytest says of a command line that it cannot follow.
 NOT_THERE = 4

@@ -44,7 +44,7 @@ def read_description(path: Path) -> Description:
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """What the user says: ``named`` in arguments, else in the ``description``, else by default.
+    """The options of a run: ``named`` in arguments, else in the ``description``, else by default.
 
     ``named`` takes the destination of an option, and returns None where no argument names it.
     Arguments are relative to ``folder``.
@@ -64,7 +64,7 @@ class Given:
         return given
 
     def argument(self, option: Option[Value]) -> Value | None:
-        """Return what the arguments say, None where they do not."""
+        """Return the value in the arguments, None if there is none."""
         value: Any = self.named(option.destination) if option.name else None
         if isinstance(value, list) and option.is_repeated:
             value = tuple(value)

@@ -1,4 +1,4 @@
-"""Known deviations of a device: what is known to fail, each with the reason why it may.
+"""Known deviations of a device: cases that may fail, each with the reason.
 
 [[deviations]]
 case = "block-download.crc[1]"
@@ -12,7 +12,7 @@ rule = "abort.code"
 reason = "ticket 124"
 
 [[deviations]]
-rule = "abort.not-answered"   # whatever case it fails
+rule = "abort.not-answered"   # in all cases
 reason = "ticket 125"
 """
 
@@ -36,9 +36,9 @@ _WILD = re.compile(r"[*?]")
 
 @dataclass(frozen=True, slots=True)
 class KnownDeviation:
-    """What fails on this device: a case, those that a glob names, or whatever breaks a rule.
+    """A known failure of this device: of a case, of the cases of a glob, or of a rule.
 
-    ``rule`` is the id of the rule that is broken, if told; without a ``case`` it is.
+    ``rule`` is the id of the broken rule, or None; an entry without a ``case`` has one.
     """
 
     case: str | None
@@ -61,7 +61,7 @@ class KnownDeviation:
 
     @property
     def key(self) -> tuple[str | None, str | None]:
-        """What no other entry of a list has."""
+        """The key of the entry in a list."""
         return (self.case, self.rule)
 
     @property
@@ -70,13 +70,13 @@ class KnownDeviation:
         return (0 if self.is_exact else 1 if self.case is not None else 2, self.rule is None)
 
     def names(self, case_id: str) -> bool:
-        """Say whether a case is one that may fail, if only by the rule."""
+        """Say whether a case may fail, if only by the rule."""
         return self.case is None or _pattern(self.case).fullmatch(case_id) is not None
 
     def excuses(self, case_id: str, broken: Collection[str], tested: Collection[str]) -> bool:
         """Say whether a case that tests some rules may have failed by breaking others.
 
-        Without a rule, only what the case tests is excused: any other defect that it meets is news.
+        Without a rule, only the rules that the case tests are excused: another defect is news.
         A test of the user's own may fail without breaking a rule.
         """
         if not self.names(case_id):
@@ -88,7 +88,7 @@ class KnownDeviation:
 
 @lru_cache(maxsize=256)
 def _pattern(glob: str) -> re.Pattern[str]:
-    # What fnmatch makes of it never tries again what lies between two stars.
+    # The pattern of fnmatch does not backtrack between two stars.
     return re.compile(fnmatch.translate(glob.replace("[", "[[]")))
 
 

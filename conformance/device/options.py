@@ -68,12 +68,12 @@ class Option(Generic[Value]):
         return VARIABLE + self.destination.removeprefix("sdo_").upper()
 
     def explained(self, without: str = "") -> str:
-        """Return the help; ``without`` is what is taken without the option."""
+        """Return the help; ``without`` is the value without the option."""
         taken = without or self.shown or (str(self.default) if self.default else "")
         return self.help + (f" ({taken})" if taken else "")
 
     def argument(self, without: str = "") -> dict[str, Any]:
-        """Return what argparse, and pytest, need to know of it."""
+        """Return its declaration for argparse and pytest."""
         how = {"help": self.explained(without).replace("%", "%%"), "action": self.kind.action.value}
         if self.kind.action is Action.FLAG:
             return how

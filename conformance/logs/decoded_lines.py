@@ -1,4 +1,4 @@
-"""What ``conformance decode`` shows of a log, line by line."""
+"""The lines of ``conformance decode``."""
 
 from collections.abc import Iterator
 from operator import itemgetter
@@ -90,14 +90,14 @@ def _line(seen: Seen, frame: str, words: str) -> str:
 
 
 def judged(log: Log, judgement: "Judgement") -> Iterator[str]:
-    """Yield what was not allowed in a log, what each device chose, and the outcome."""
+    """Yield the breaches in a log, the choices of each device, and the outcome."""
     for seen in log:
         yield from judgement.take(seen)
     yield from judgement.end()
 
 
 class Judgement:
-    """Judges frame by frame; ``failures`` counts what was not allowed so far."""
+    """Judges frame by frame; ``failures`` counts the breaches so far."""
 
     def __init__(
         self, unit: str, only: int | None = None, *, judge: LogJudge | None = None
@@ -109,7 +109,7 @@ class Judgement:
         self.failures = 0
 
     def take(self, seen: Seen) -> Iterator[str]:
-        """Take the next frame; yield what is wrong with it, or with the time before it."""
+        """Take the next frame; yield its breaches, and those of the time before it."""
         for finding in self._judge.take(seen):
             yield from self._told(finding)
 

@@ -1,4 +1,4 @@
-"""What the judge of a log yields."""
+"""Findings of the judge of a log."""
 
 from dataclasses import dataclass
 
@@ -36,7 +36,7 @@ class NotFollowed:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """What is allowed, and worth to be known."""
+    """A remark: allowed, and worth knowing."""
 
     node_id: int
     seen: Seen

@@ -36,7 +36,7 @@ PROGRAM_CONTROL = 0x1F51
 
 @dataclass(slots=True)
 class Effort:
-    """What following all channels took beyond the usual."""
+    """The work of following all channels beyond the usual."""
 
     spent: int = 0
 
@@ -102,7 +102,7 @@ class JudgedChannel:
         return self.oracle.idle and self.asked is None
 
     def request(self, seen: Seen) -> Iterator[Found]:
-        """Take a request; yield what was wrong before it."""
+        """Take a request; yield the breaches before it."""
         yield from self._reported()
         last, self.last = self.last, seen
         self._waits = True
@@ -132,7 +132,7 @@ class JudgedChannel:
             yield from self._limited(seen)
 
     def response(self, seen: Seen) -> Iterator[Found]:
-        """Take a response; yield what is wrong with it, or with the time before it."""
+        """Take a response; yield its breaches, and those of the time before it."""
         last, self.last = self.last, seen
         self.responses += 1
         self._behind.answered(seen)
@@ -155,7 +155,7 @@ class JudgedChannel:
         self._patience.answered()
 
     def heard(self) -> Iterator[Found]:
-        """Take that the node is there; yield what it has not answered."""
+        """Take that the node is there; yield the requests that it has not answered."""
         self.absent = False
         yield from self._all_missing()
 

@@ -60,7 +60,7 @@ class LogJudge:
         }
 
     def take(self, seen: Seen) -> Iterator[Found]:
-        """Take the next frame; yield what is wrong with it, or with the time before it."""
+        """Take the next frame; yield its breaches, and those of the time before it."""
         self._now = seen.time
         frame = seen.frame
         node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
@@ -145,7 +145,7 @@ class LogJudge:
                 channel.interrupted()
 
     def _error_control(self, node_id: int, seen: Seen) -> Iterator[Found]:
-        """Follow what a node says of its own state."""
+        """Follow the state that a node reports."""
         network = self._network(seen.bus)
         state = seen.frame.data[0] & STATE_BITS
         channel = network.channels.get(node_id)

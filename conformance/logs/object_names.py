@@ -12,7 +12,7 @@ class ObjectNames:
     """Adds names to lines."""
 
     def __init__(self, listing: Listing) -> None:
-        """Take what an EDS lists; an entry of a record is named after the record as well."""
+        """Take the objects of an EDS; an entry of a record is named after the record as well."""
         self._names: dict[tuple[int, int], str] = {}
         for index, listed in listing.objects.items():
             for sub_index, entry in listed.entries.items():

@@ -28,7 +28,7 @@ from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.printable_text import inert
 
 STANDARD_INPUT = "-"
-# What python-can tells by the end of the name; there may be a .gz behind it.
+# Formats that python-can knows by the end of the name; .gz may follow.
 TEXT_READERS = {".asc": can.ASCReader, ".csv": can.CSVReader, ".trc": can.TRCReader}
 BLOCKS = ".blf"
 OTHER_FORMS = (*TEXT_READERS, BLOCKS, ".db", ".mf4")
@@ -57,7 +57,7 @@ _HEAD = struct.Struct("<4s8xL")
 _CONTAINER = (b"LOBJ", 10)
 _CONTAINER_HEAD = 16
 _ZLIB = 2
-# What python-can's readers raise, besides its own, when a file is not what it seems to be.
+# Exceptions of python-can's readers, besides its own, for a file of another format.
 _UNREADABLE = (
     ArithmeticError, AttributeError, EOFError, LookupError, NotImplementedError, TypeError,
     ValueError, BLFParseError, can.CanError, sqlite3.Error, struct.error, zlib.error,
@@ -247,7 +247,7 @@ class RecordedLog:
             f"(1700000000.000000) can0 605#4000100000000000.{hint}"
         )
 
-    # What python-can reads
+    # Formats of python-can
 
     def _by_reader(self) -> Iterator[Seen]:
         number = 0

@@ -1,4 +1,4 @@
-"""What ``conformance replay`` takes from a log: requests, their answers, and what they write."""
+"""The plan of ``conformance replay``, from a log: requests, their answers, and their writes."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable
@@ -75,7 +75,7 @@ class ReplayPlan:
 
     @property
     def changes(self) -> str:
-        """What the frames may change, in words; empty for nothing."""
+        """The changes that the frames may make, in words; empty if none."""
         objects = [f"{mux} of node {node_id}" for node_id, mux in sorted(self.writes)]
         parts = [f"writes {_listed(objects)}"] if objects else []
         parts += [f"sends NMT commands ({_listed(self.commands)})"] if self.commands else []
@@ -83,7 +83,7 @@ class ReplayPlan:
 
     @property
     def notes(self) -> list[str]:
-        """What is not sent though the log says that it was."""
+        """The frames of the log that are not sent."""
         return [
             f"{number} frames with {can_id:03X}h are not sent: that is no default SDO channel"
             for can_id, number in sorted(self.left_out.items())
@@ -136,7 +136,7 @@ def read_request(frame: CanFrame, line: Line) -> Request | None:
 
 
 def read_plan(log: RecordedLog, only: int | None) -> ReplayPlan:
-    """Read what is sent to all nodes, or to ``only`` one.
+    """Read the frames to all nodes, or to ``only`` one.
 
     Raises NotReplayed, and LogError and OSError as the log does.
     """

@@ -1,4 +1,4 @@
-"""What ``conformance replay`` shows, line by line."""
+"""The lines of ``conformance replay``."""
 
 from collections.abc import Iterator
 
@@ -10,10 +10,10 @@ NO_ANSWER = "no answer"
 
 
 class Replayed:
-    """Sends and judges; ``failures`` counts what was not allowed, as far as the lines were read."""
+    """Sends and judges; ``failures`` counts the breaches in the lines that were read."""
 
     def __init__(self, replay: Replay) -> None:
-        """Take what is to be sent, on a server that is idle."""
+        """Take the frames to send; the server is idle."""
         self._replay = replay
         self._judgement = Judgement(
             "frame", judge=LogJudge(begins_idle=True, patience=replay.response_timeout)
@@ -25,7 +25,7 @@ class Replayed:
         return self._judgement.failures
 
     def lines(self) -> Iterator[str]:
-        """Yield each frame in words, what the answers of then were, and what was not allowed."""
+        """Yield each frame in words, the answers in the log, and the breaches."""
         words, judgement = Words(), self._judgement
         number = as_then = 0
         for exchange in self._replay.exchanges():

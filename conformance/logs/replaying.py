@@ -30,7 +30,7 @@ from conformance.sdo.line import Line
 BOOT_TIME = 10.0
 # Seconds for which the channel has to be quiet behind an abort, and how long that is awaited.
 QUIET, MOST_QUIET = 0.05, 2.0
-# What comes faster than it is taken has no end.
+# Frames that come faster than they are taken have no end.
 MOST_EARLY = 1000
 DEVICE_TYPE = Multiplexer(0x1000, 0)
 
@@ -137,7 +137,7 @@ class Replay:
         return True
 
     def _answers(self, step: Step) -> Iterator[Seen]:
-        """Yield what comes until all answers of the log are there, or the time is over."""
+        """Yield frames until all answers of the log are there, or the time is over."""
         then = [answer.frame for answer in step.answers]
         due = Counter(frame.can_id for frame in then)
         seconds = self.response_timeout

@@ -89,7 +89,7 @@ class Transfer:
         self.in_order.clear()
 
     def ended(self, now: float) -> str:
-        """Say what has come over, and how; the time is in seconds."""
+        """Describe the transfer; the time is in seconds."""
         size = self.size - (self.end.unused if self.end else 0)
         parts = [f"{self.word} of {_counted(size, 'byte')} {self._whose}"]
         parts[0] += f" in {self._steps}"
@@ -142,7 +142,7 @@ class Transfers:
         self._segment: DownloadSegment | None = None
 
     def request(self, message: Request, now: float) -> str:
-        """Take a message of the client; return what it ends in words, empty for nothing."""
+        """Take a message of the client; describe the transfer that it ends, empty if none."""
         told = ""
         match message:
             case (
@@ -168,7 +168,7 @@ class Transfers:
         return told
 
     def response(self, message: Response, now: float) -> str:
-        """Take a message of the server; return what it ends in words, empty for nothing."""
+        """Take a message of the server; describe the transfer that it ends, empty if none."""
         transfer = self._open
         told = ""
         match message:
@@ -226,7 +226,7 @@ def _begun(
     message: DownloadInitiate | UploadInitiate | BlockDownloadInitiate | BlockUploadInitiate,
     now: float,
 ) -> Transfer | None:
-    """Return what a request begins; None where its answer ends it."""
+    """Return the transfer that a request begins; None if its answer ends it."""
     match message:
         case DownloadInitiate():
             if message.expedited:

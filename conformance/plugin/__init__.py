@@ -1,1 +1,1 @@
-"""What is pytest's: options, cases as items, a run, what comes of it, and its worker processes."""
+"""The pytest plugin: options, cases as items, a run with its results, and worker processes."""

@@ -16,7 +16,7 @@ from conformance.sdo.nearest import nearest
 
 NAMED = [option for option in OPTIONS if option.name]
 SETTINGS = [option for option in NAMED if option.setting]
-# How our options begin, and those that begin otherwise.
+# How our options begin, and two with names of their own.
 PREFIXES, OTHERS = ("--sdo-", "--can-"), (NODE_ID.name, SELF_TEST.name)
 # Whether the command line itself asks for a device: settings do not choose what is run.
 ASKED = pytest.StashKey[bool]()

@@ -1,4 +1,4 @@
-"""Tries a case again where what it has met may have been chance.
+"""Tries a case again if its failure may have been chance.
 
 The server may end a running transfer at any time; the bus may have lost, repeated or swapped a
 frame.
@@ -24,7 +24,7 @@ from conformance.run.second_try import doubt, stumble, take_back
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import BREACHES, CaseResult
 
-# Services of which a machine has made the cases.
+# Services whose cases are generated.
 GENERATED = ("matrix", "state pairs")
 
 
@@ -50,10 +50,10 @@ def try_again(
     error: BaseException | None,
     begin_again: Callable[[], CaseRun],
 ) -> tuple[CaseRun, BaseException | None]:
-    """Return the try of a case that counts, and what has ended it, the first by ``error``.
+    """Return the try of a case that counts, and the error that ended it; ``error`` ended the first.
 
-    A case of the suite is tried again while the server ends it early, some times at most. Where it
-    did not do so at the same place each time, nothing can be said of it, for or against.
+    A case of the suite is tried again while the server ends it early, some times at most. If each
+    try ended at another place, the case gets no verdict on the device.
     """
     if not (isinstance(item, CaseFunction) and item.is_own):
         return run, error
@@ -87,9 +87,10 @@ def conclude_tries(
 ) -> tuple[CaseRun, BaseException | None, CaseResult]:
     """Conclude a case that was ended by ``error``, if by any; return the try that counts.
 
-    What a lost frame may explain is tried again from the start: what it read can be read again,
-    and what it wrote is back. It fails where that is certain. What does not fail again by itself is
-    tried once more behind the case ``before`` it, which that performs and names.
+    A failure that a lost frame may explain is tried again from the start: values can be read again,
+    and written ones are restored. The case fails once the failure is certain. If it does not fail
+    again alone, it is tried once more behind the previous case; ``before`` performs that case and
+    returns its id.
     """
     run, error = try_again(item, run, error, begin_again)
     result = _conclude(item, run, error)
@@ -128,7 +129,7 @@ def _behind(
 ) -> tuple[CaseRun, BaseException | None, CaseResult] | None:
     """Try a case behind the one before it; return the try if it fails as it did, else None.
 
-    Then the failure depends on what came before, and no frame was lost.
+    Then the failure depends on the previous case, and no frame was lost.
     """
     name = before()
     if not name:
@@ -146,15 +147,15 @@ def _behind(
 
 @dataclass(frozen=True, slots=True)
 class Performed:
-    """A case of the suite that was performed, and what it was ``given``."""
+    """A case of the suite that was performed, with the arguments that it was ``given``."""
 
     item: CaseFunction
     given: dict[str, object]
 
     def repeat(self, begin_again: Callable[[], CaseRun]) -> str:
-        """Perform it once more for what it leaves behind; return its id, empty if it could not be.
+        """Perform the case once more for its effects; return its id, empty if it could not be.
 
-        What it meets has been judged.
+        Its breaches have been judged before.
         """
         run = begin_again()
         self.item.given.update(self.given)
@@ -178,7 +179,7 @@ def is_told(error: BaseException | None) -> bool:
 
 
 def call_case(item: CaseFunction, run: CaseRun) -> BaseException | None:
-    """Call the function of a case of the suite with the tools of a try; return what has ended it.
+    """Call the function of a case of the suite with the tools of a try; return the error.
 
     Raises RunStopped.
     """

@@ -86,7 +86,7 @@ def _listener(state: RunState, log: BusLog) -> Callable[[Captured], None]:
 def _built_in(
     options: Options,
 ) -> tuple[list[AbstractContextManager[object]], Callable[[BusSettings], can.BusABC]]:
-    """Return the built-in devices that a self-test starts, and what opens the bus."""
+    """Return the built-in devices that a self-test starts, and the function that opens the bus."""
     run = options.run
     if options.given[SIMULATED]:
         bus = simulated_bus(

@@ -1,7 +1,7 @@
 """--sdo-budget: the cases of a run in their order, as far as the time goes at this device's pace.
 
-A case that would not be over in time is not run; a shorter one behind it may be. What judges the
-whole run is always run: it only looks at what the others have seen, if there were any.
+A case that would not be over in time is not run; a shorter case behind it may be. The cases that
+judge the whole run are always run: they only look at the observations of the others.
 """
 
 import time
@@ -20,10 +20,10 @@ OUT_OF_TIME = Missing(Lack.TIME)
 
 
 class Budget:
-    """The hooks of a process that runs cases: they leave out what would take too long."""
+    """The hooks of a process that runs cases: they leave out cases that would take too long."""
 
     def __init__(self, seconds: float, node_ids: Sequence[int], estimate: Estimate) -> None:
-        """Each device has its part of the time, and what those before it have left over."""
+        """Each device has its part of the time, and the rest of the devices before it."""
         self._begin = time.monotonic()
         self._seconds = seconds
         self._node_ids = list(node_ids)
@@ -46,7 +46,7 @@ class Budget:
             pytest.skip(f"{Verdict.NOT_RUN.value}: {WHY}")
 
     def take(self, item: pytest.Item, seconds: float) -> None:
-        """Take how long a case has taken, with what goes before and behind it."""
+        """Take the time of a case, with its set-up and its end."""
         taken = Taken.by(item.stash.get(RESULT, None), seconds)
         if taken.tried:
             self._tried.add(case_of(item).node_id)

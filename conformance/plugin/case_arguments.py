@@ -1,7 +1,7 @@
-"""What the functions of the suite's own cases are given, by the names of their arguments.
+"""The arguments of the suite's own cases, by name.
 
 They are no fixtures of pytest. A conftest.py may have a fixture called ``device`` or ``text``: it
-is for the tests of its folder, and must not decide what a case of the suite is run on. And a
+is for the tests of its folder, and must not choose the object of a case of the suite. And a
 fixture takes as long as two requests do, several times for each of thousands of cases.
 """
 
@@ -48,19 +48,19 @@ class CaseArguments:
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        """Give a case of the suite what it asks for, behind the fixtures of everybody else."""
+        """Give a case of the suite its arguments, behind all fixtures."""
         if isinstance(item, CaseFunction) and item.is_own:
             give_arguments(item)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item: pytest.Item) -> None:
-        """End a case that has begun and was not performed: what was written is put back."""
+        """End a case that has begun and was not performed: its values are put back."""
         if isinstance(item, CaseFunction) and item.is_own:
             take_arguments(item)
 
 
 def give_arguments(item: CaseFunction) -> None:
-    """Give a case of the suite what it asks for; skips it where the device lacks something.
+    """Give a case of the suite its arguments; skips it if the device lacks something.
 
     That is found out before the conversation begins.
     """
@@ -96,7 +96,7 @@ def session_of(item: pytest.Item) -> DeviceSession:
 
 
 def or_skip(find: Callable[[], Found]) -> Found:
-    """Return what a device has for a case; skips it where there is no such thing."""
+    """Return the argument that a device has for a case; skips the case if it has none."""
     try:
         return find()
     except NotTestable as lacking:

@@ -1,4 +1,4 @@
-"""What becomes of the cases of one bench: which may run, what each is judged, what comes of it."""
+"""Runs the cases of one bench: admits them, judges them, and counts the devices they stop."""
 
 from collections import defaultdict
 from contextlib import suppress
@@ -31,9 +31,9 @@ from conformance.run.session import DeviceSession
 from conformance.run.stopped_by import MOST_IN_A_ROW, Losses
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 
-# Of a device of which that is known no case can tell more.
+# No further case can find anything about such a device.
 BEHIND = "it answers each request when the next one comes"
-# The case that judges what came too late; where it was not selected, the run itself does.
+# The case that judges late answers; if it was not selected, the run itself does.
 LATE_ANSWERS = "run.no-late-response"
 
 
@@ -51,7 +51,7 @@ class CaseEngine:
     def open(self) -> str:
         """Open the bench; say why the run was stopped meanwhile, empty where it was not.
 
-        What cannot be opened leaves out all devices.
+        If the bus cannot be opened, all devices are left out.
         """
         state = self._state
         try:
@@ -69,7 +69,7 @@ class CaseEngine:
     # A case
 
     def admit(self, item: pytest.Item) -> None:
-        """Skip the cases of a device that is out of the run, and those that would stop it again.
+        """Skip the cases of a device that is out of the run, and cases that would stop it again.
 
         Raises RunStopped.
         """
@@ -96,7 +96,7 @@ class CaseEngine:
         pytest.skip(f"{Verdict.NOT_RUN}: {stop.reason}")
 
     def judge(self, item: pytest.Item, run: CaseRun, error: BaseException | None) -> None:
-        """Judge a case that ended by ``error``, if by any, and raise what it is to pytest."""
+        """Judge a case that ended by ``error``, if by any, and raise its outcome for pytest."""
         state = self._state
         session = state.session(case_of(item).node_id)
         again = partial(begin_attempt, session, case_of(item))
@@ -165,7 +165,7 @@ class CaseEngine:
     # The end
 
     def close(self) -> None:
-        """Close the bench, and tell what the cases have not told."""
+        """Close the bench, and report the findings outside the cases."""
         state = self._state
         for node_id, losses in self._losses.items():
             if node_id not in state.findings.out:
@@ -184,7 +184,7 @@ class CaseEngine:
         except BenchError as error:
             state.findings.bench_errors.append(error)
         except RunStopped:
-            pass  # what is not back is listed
+            pass  # values that are not restored are listed
         counted = bench.counted()
         if counted:
             counts = ", ".join(f"{name} {count}" for name, count in counted.items())
@@ -194,7 +194,7 @@ class CaseEngine:
                 f"the controller has reported errors on the bus since the run began: {errors}"
             )
         for node_id, device in bench.sessions.items():
-            # What it refuses by its state was found out by the cases, perhaps.
+            # Cases may have found out which services it refuses by its state.
             alone = len(state.options.node_ids) == 1
             state.findings.properties |= device_properties(device.device, alone=alone)
             judged, known = state.judged_late_answers[node_id], state.options.deviations

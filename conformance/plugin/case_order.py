@@ -1,8 +1,8 @@
-"""What cases are worth: which of the known faults each catches, and at how many requests.
+"""The worth of cases: the known faults that each catches, and its requests.
 
-The table is made by ``tests/faults/worth.py``, and has its own order: first what catches most
-faults per request that no case before it catches, then the same again for a second case that
-catches each, and so on. A run begins with a tenth of its requests in this order.
+The table is made by ``tests/faults/worth.py``, and has its own order: first the case with the most
+faults per request that no case before it catches, and so on; then the same for a second case that
+catches each fault, and so on. A run begins with a tenth of its requests in this order.
 """
 
 import json
@@ -14,9 +14,9 @@ from typing import Any
 from conformance.device.effort import REQUESTS_IN_HASTE, REQUESTS_OF_SMALL_CASE
 from conformance.run.risks import Kind
 
-# What may happen to any client; frames of other kinds than these servers may not have met before.
+# Any client may send these; a server may never have received frames of other kinds.
 FAMILIAR = (Kind.ORDINARY, Kind.LOST_SEGMENT)
-# What the cases of a device are sorted by.
+# The key by which the cases of a device are sorted.
 Place = tuple[bool, Kind, int]
 FIRST: Place = (False, Kind.ORDINARY, 0)
 _PATH = Path(__file__).with_suffix(".json")
@@ -24,11 +24,10 @@ _PATH = Path(__file__).with_suffix(".json")
 
 @dataclass(frozen=True, slots=True)
 class Worth:
-    """What a case catches, by the names of faults, and how many requests it sends, first of its
-    kind.
+    """The ``faults`` that a case catches, by name, and the ``requests`` that it sends.
 
-    ``place`` is where in the order it stands; ``early`` are the first of them. One that ``writes``
-    needs an object that may be written. ``quick`` are those that catch most together within the
+    ``place`` is its number in the order; the first cases are ``early``. A case that ``writes``
+    needs an object that may be written. The ``quick`` cases catch most together within the
     requests of a quick run.
     """
 
@@ -71,10 +70,10 @@ def table() -> dict[str, Worth]:
 
 
 def place_in_run(case_id: str, risk: Kind) -> Place:
-    """Return what cases of a device are sorted by, with the kind of the ``risk`` that each takes.
+    """Return the key by which a case is sorted; ``risk`` is the kind of its riskiest frame.
 
-    Ahead of all come early cases, unless by frames that no client sends. There and behind, what a
-    device may not survive comes last. What the table does not know keeps the order of the files.
+    Early cases come first, unless they send frames that no client sends. Among the early and among
+    the other cases, the risky ones come last. Cases without an entry keep the order of the files.
     """
     worth = table().get(case_id)
     late = worth is None or not worth.early or risk not in FAMILIAR

@@ -1,4 +1,4 @@
-"""What pytest reports of a case: the evidence instead of a traceback, and the result with it."""
+"""Pytest's report of a case: the evidence instead of a traceback, and the result with it."""
 
 from collections.abc import Generator
 

@@ -27,14 +27,14 @@ class Collecting:
     """The hooks of the collection.
 
     They are registered behind all plugins that configure themselves, and so are called before
-    them: ``--stepwise`` skips what stands before a failure, and has to see the cases in order.
-    What asks to be the first to reorder tests, as pytest-randomly does, comes before them.
+    them: ``--stepwise`` skips the cases before a failure, and has to see the cases in order.
+    A plugin that asks to reorder tests first, as pytest-randomly does, comes before them.
     """
 
     def pytest_collect_file(
         self, file_path: Path, parent: pytest.Collector
     ) -> pytest.Module | None:
-        """Collect the suite's own files also where those of a project are called otherwise."""
+        """Collect the suite's own files also if a project has other names for its test files."""
         patterns = parent.config.getini("python_files")
         if parent.session.isinitpath(file_path) or any(map(file_path.match, patterns)):
             return None  # pytest does
@@ -67,13 +67,13 @@ class Collecting:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
-        """Give the cases their variations, before what other plugins vary."""
+        """Give the cases their variations, before those of other plugins."""
         parametrize(metafunc)
 
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
     ) -> None:
-        """Choose and order the cases; a worker keeps those that are left to it.
+        """Choose and order the cases; a worker keeps its own.
 
         A list of cases is read, and keeps each file together.
         """

@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class ExitCode(IntEnum):
-    """What pytest's own exit codes do not tell: the bench is broken, or too little was tested."""
+    """Exit codes beside pytest's own: the bench is broken, or too little was tested."""
 
     SILENT_NODE = 10
     BENCH_ERROR = 11

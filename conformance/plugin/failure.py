@@ -22,7 +22,7 @@ class CaseFailed(AssertionError):
 def as_pytest_shows(
     item: pytest.Item, excinfo: pytest.ExceptionInfo[BaseException], result: CaseResult
 ) -> Any:
-    """Return what pytest keeps of a failure: the evidence instead of a traceback of the suite.
+    """Return the failure for pytest: the evidence instead of a traceback of the suite.
 
     It is of pytest's own classes, as plugins and other processes expect them, and says at which
     line of the test the device has failed.
@@ -51,7 +51,7 @@ def lines_shown(report: pytest.TestReport, result: CaseResult) -> list[str] | No
 
 
 def _in_a_line(result: CaseResult) -> str:
-    """Return what summaries and JUnit files show."""
+    """Return the message of summaries and JUnit files."""
     actual = result.actual.splitlines()[0] if result.actual else result.verdict.value
     return f"expected {result.expected}; got {actual}" if result.expected else actual
 

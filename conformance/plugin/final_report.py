@@ -1,4 +1,4 @@
-"""What comes of a run: results are gathered, reports written, the exit status settled."""
+"""The end of a run: results are gathered, reports written, the exit status settled."""
 
 from collections.abc import Generator, Sequence
 from pathlib import Path
@@ -55,8 +55,8 @@ class FinalReport:
     ) -> None:
         """Take the state, and the controller where the work is done elsewhere.
 
-        ``failures`` takes those that are printed. ``shows_all``: each case that fails is told,
-        not only the first for each cause.
+        ``failures`` takes the printed failures. ``shows_all`` prints each case that fails, not only
+        the first for each cause.
         """
         self._state = state
         self._controller = controller
@@ -94,7 +94,7 @@ class FinalReport:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Collect results, of this process and of those that work for it."""
+        """Collect results, of this process and of its workers."""
         values = getattr(report, "conformance", None)
         recorder = self._recorder
         if recorder is not None:
@@ -120,11 +120,11 @@ class FinalReport:
     def pytest_report_teststatus(
         self, report: pytest.CollectReport | pytest.TestReport
     ) -> tuple[str, str, str] | None:
-        """Show what passed with a remark apart from what passed."""
+        """Show cases that passed with a remark apart from cases that passed."""
         if not isinstance(report, pytest.TestReport):
             return None  # a file that could not be collected
         if ("verdict", Verdict.NOT_RUN.value) in report.user_properties:
-            # They are counted with their reason, and not among those that were skipped.
+            # They are counted with their reason, and not as skipped.
             return "", "", "NOT RUN" if report.when == "setup" else ""
         values = getattr(report, "conformance", None)
         if values is None:
@@ -189,7 +189,7 @@ class FinalReport:
         findings = self._state.findings
         if self._state.stop.requests and session.exitstatus == pytest.ExitCode.INTERRUPTED:
             return
-        # What failed once makes no run green; what fails each time is the device's all the same.
+        # After a failure that came once no run is green; repeated failures are the device's anyway.
         once = [error for error in findings.bench_errors if isinstance(error, FailedOnce)]
         if len(once) < len(findings.bench_errors):
             session.exitstatus = _exit_code(findings.bench_errors)
@@ -210,7 +210,7 @@ class FinalReport:
             session.exitstatus = ExitCode.NOT_TESTED
 
     def _leaves_out_the_suite(self, session: pytest.Session) -> bool:
-        """Say whether a green run would tell of a device that was not tested.
+        """Say whether a green run would stand for a device that was not tested.
 
         Where the user names test files of his own, and these talk to it, he asked for no more.
         """

@@ -1,4 +1,4 @@
-"""What a process found beside the results of its cases: told to the user, and between processes."""
+"""The findings of a process beside the results of its cases: for the user, and other processes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from conformance.run.verdict import CaseResult
 
 
 def not_again(session: DeviceSession, lost: int) -> FailedOnce:
-    """Describe what has failed once and not again, though the bus need not be why."""
+    """Describe cases that failed once and not again; the bus need not be the reason."""
     met, frames = len(session.doubts.met), session.doubts.frames
     return FailedOnce(
         f"Node {session.device.node_id} failed {met} times in {frames} frames, but not when the "
@@ -25,17 +25,16 @@ def not_again(session: DeviceSession, lost: int) -> FailedOnce:
 
 @dataclass(slots=True)
 class Findings:
-    """What counts for the exit status and the summary though no case says it.
+    """Findings outside the cases, for the exit status and the summary.
 
-    ``unjudged`` are late answers that no selected case has judged, ``beside`` what else was wrong
-    outside the cases and none has failed for, ``unrestored`` lines that say what to write back by
-    hand, ``restored`` those on what an earlier run had left;
-    ``notes`` tell of the bench what fails nothing;
-    ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
-    run did not come to, because it was ended before; ``stopped`` says what has stopped a device
-    that was brought back; ``partly`` names known deviations for several cases of which some were
-    not selected, ``broken_beside`` the rules that were broken outside the cases, known or not;
-    ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
+    ``unjudged`` are late answers that no selected case has judged, ``beside`` other breaches
+    outside the cases for which no case has failed, and ``broken_beside`` the rules of all of them,
+    known or not. ``unrestored`` lists the values to write back by hand, ``restored`` the values of
+    an earlier run that were written back. ``notes`` are remarks on the bench that fail nothing.
+    ``out`` says why a device could not be tested any further, ``stopped`` which cases have stopped
+    a device that was brought back; ``unreached`` are the cases behind the end of a run. ``partly``
+    names known deviations for several cases of which some were not selected; ``wrong_use`` is a
+    mistake in the options that shows only when cases are collected.
     """
 
     properties: dict[str, str] = field(default_factory=dict)
@@ -60,11 +59,11 @@ class Findings:
         known: Sequence[KnownDeviation] = (),
         lost: int = 0,
     ) -> None:
-        """Take what a device's part of the run leaves behind.
+        """Take the findings of a device's part of the run.
 
-        ``judged`` is how many of its late answers a case has judged; what a rule alone excuses of
-        what is ``known`` to be wrong is no finding. ``lost`` are frames that the interface itself
-        says it has lost.
+        A case has judged the first ``judged`` of its late answers. A breach is no finding if an
+        entry without a case of the ``known`` deviations excuses its rule. ``lost`` frames are
+        counted by the interface itself.
         """
         excused = {deviation.rule for deviation in known if deviation.case is None}
         self.unjudged += [
@@ -117,7 +116,7 @@ class Findings:
         }
 
     def add(self, values: dict[str, Any]) -> None:
-        """Take what ``as_dict`` returned elsewhere."""
+        """Take the findings of another process, from its ``as_dict``."""
         self.properties |= values["properties"]
         self.bench_errors += [error_named(kind, text) for kind, text in values["bench_errors"]]
         self.unjudged += values["unjudged"]

@@ -1,4 +1,4 @@
-"""What a user's own test may ask for: the same as the suite's cases get, as fixtures.
+"""The fixtures of a user's own test: the arguments of the suite's cases.
 
 They may be overridden like any fixture: no case of the suite asks for them.
 """
@@ -55,7 +55,7 @@ class Fixtures:
 
     @pytest.fixture
     def sdo_device(self, _conformance_device_session: DeviceSession) -> Device:
-        """What is known of the device."""
+        """The device, as far as it is known."""
         return _conformance_device_session.device
 
     @pytest.fixture
@@ -65,7 +65,7 @@ class Fixtures:
 
     @pytest.fixture
     def sdo_room(self, _conformance_case_run: CaseRun) -> Room:
-        """How much strings and domains take, and what writes to them."""
+        """The capacity of strings and domains, and writes to them."""
         return _conformance_case_run.tools.room
 
     @pytest.fixture
@@ -90,7 +90,7 @@ class Fixtures:
 
     @pytest.fixture
     def sdo_storage(self, _conformance_case_run: CaseRun) -> Storage:
-        """What the device stores, and its defaults."""
+        """The stored values of the device, and its defaults."""
         return _conformance_case_run.tools.storage
 
     @pytest.fixture
@@ -102,7 +102,7 @@ class Fixtures:
 
     @pytest.fixture
     def sdo_whole_run(self, _conformance_device_session: DeviceSession) -> WholeRun:
-        """What all cases before this one saw on the way."""
+        """The observations of all earlier cases."""
         return _conformance_device_session.whole_run
 
     @pytest.fixture

@@ -1,6 +1,6 @@
 """The pytest plugin: options and header.
 
-What is collected is in ``collecting``, what happens in a run in ``running``.
+``collecting`` collects the cases, ``running`` runs them.
 """
 
 from collections.abc import Generator
@@ -41,7 +41,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_load_initial_conftests(
     early_config: pytest.Config, parser: pytest.Parser, args: list[str]
 ) -> Generator[None, object, object]:
-    """Add what is set otherwise, and look at the options that nobody knows, not even a conftest."""
+    """Add the settings, and check the options that nobody knows, not even a conftest."""
     put_before(early_config, args)
     loaded = yield
     known, unknown = parser.parse_known_and_unknown_args(args)
@@ -89,7 +89,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(DeviationScope(state), "conformance-deviation-scope")
         config.pluginmanager.register(Running(config, state), "conformance-running")
         config.pluginmanager.register(CaseReports(state), "conformance-case-reports")
-    # The last one is the innermost: what it raises is met by those before.
+    # The last plugin is the innermost: the plugins before it meet its exceptions.
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         if config.stash[ASKED]:
@@ -99,9 +99,9 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Register what collects the cases behind all that configures itself: see there why.
+    """Register ``Collecting`` behind all plugins that configure themselves: its docstring says why.
 
-    With -q pytest prints no header: what an earlier run has left changed is said all the same.
+    With -q pytest prints no header; changed values of an earlier run are listed all the same.
     """
     config = session.config
     config.pluginmanager.register(Collecting(), "conformance-collecting")
@@ -120,7 +120,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:
-    """Say what is tested, over what, with what."""
+    """Name the device, the bus and the settings."""
     state = config.stash.get(STATE, None)
     if state is None:
         return []
@@ -140,7 +140,7 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
 
 
 def _objects(run: RunSettings) -> str:
-    """Say what is known of the objects of the devices before they are asked."""
+    """Say how many objects of the devices are known before the first request."""
     listing = run.all_listings[run.node_ids[0]]
     if not listing.is_complete:
         named = len(run.permits.named)

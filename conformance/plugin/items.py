@@ -17,9 +17,9 @@ from conformance.run.case import CaseInfo, case_info
 from conformance.run.case_files import CASE_FILES, CASES
 from conformance.run.risks import Kind, Risk
 
-# What each fixture that has to do with a device asks for.
+# The fixture behind all fixtures of a device.
 DEVICE_SESSION = "_conformance_device_session"
-# What stands before the name of an argument, in that of the fixture for users.
+# The prefix of a user's fixture before the name of an argument.
 FOR_USERS = "sdo_"
 # The parameter that the variation of a case is to pytest and to the reports of its plugins.
 VARIATION = "sdo_variation"
@@ -58,7 +58,7 @@ class Variation(partial[object]):
 
     @property
     def wanted(self) -> Signature:
-        """What it has to be called with; the same for all variations of a function."""
+        """The names of its arguments; the same for all variations of a function."""
         known = _SIGNATURES.setdefault(self.func, {})
         key = tuple(self.keywords)
         if key not in known:
@@ -77,7 +77,7 @@ class Variation(partial[object]):
 
 
 class OwnVariation(Variation):
-    """A case of the suite: it asks pytest for nothing, and gets what it wants from the suite."""
+    """A case of the suite: it asks pytest for nothing, and gets its arguments from the suite."""
 
     given: dict[str, object]
 
@@ -87,12 +87,12 @@ class OwnVariation(Variation):
         return NOTHING
 
     def __call__(self) -> object:
-        """Call the function with what it was given."""
+        """Call the function with its arguments."""
         return super().__call__(**self.given)
 
 
 class CaseFunction(pytest.Function):
-    """One case on one device; ``risk`` is what it sends that the device may not survive.
+    """One case on one device; ``risk`` are its frames that the device may not survive.
 
     ``label`` names the value in which it varies; it is empty for a case that does not vary. It is
     ``written`` in a file, at a line, and is the n-th variation there.
@@ -112,12 +112,12 @@ class CaseFunction(pytest.Function):
 
     @property
     def asked(self) -> Collection[str]:
-        """The names of what its function is given, beside its own argument."""
+        """The names of the arguments of its function, beside its own."""
         return self._variation.wanted.parameters
 
     @property
     def given(self) -> dict[str, object]:
-        """What a case of the suite was given for the try that runs."""
+        """The arguments of a case of the suite, for the try that runs."""
         variation = self._variation
         if not isinstance(variation, OwnVariation):
             raise TypeError(f"{self.name} gets fixtures of pytest")
@@ -189,7 +189,7 @@ def _items(
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
     place, where = _place_of(function, collector), ""
-    # What pytest makes is the same for all devices with the same objects.
+    # Pytest makes the same items for all devices with the same objects.
     made_of: dict[tuple[str | None, ...], list[pytest.Function]] = {}
     for node_id, listing in listings.items():
         variations = _labelled(info, listing)
@@ -202,7 +202,7 @@ def _items(
             label = callspec.params.get(VARIATION) if callspec else None
             case_id, arguments = variations[label]
             call = variation(function, **arguments)
-            call.__doc__ = function.__doc__  # what --collect-only -v shows
+            call.__doc__ = function.__doc__  # --collect-only -v shows it
             if isinstance(call, OwnVariation):
                 call.given = {}
             item = CaseFunction.from_parent(
@@ -241,16 +241,16 @@ def _made_by_pytest(
     variation: type[Variation],
     variations: Variations,
 ) -> list[pytest.Function]:
-    """Return what pytest makes of a function: an item for each set of parameters.
+    """Let pytest make an item of a function for each set of parameters.
 
-    They are those of the case (see ``parametrize``), and those that plugins add: pytest has no
-    other public way to an id whose brackets are parameters, which ``--lf`` compares.
+    Parameters are the variations of the case (see ``parametrize``) and those of plugins. Pytest has
+    no other public way to an id whose brackets are parameters, and ``--lf`` compares such ids.
     """
     if not variations:
         return []
     _, arguments = next(iter(variations.values()))
     varied = variation(function, **arguments)
-    # A case is one by its decorator, whatever a project calls its tests (``python_functions``).
+    # Its decorator makes it a case, with any ``python_functions`` of a project.
     varied.__test__ = True
     varied.labels = [label for label in variations if label is not None]
     made = collector.ihook.pytest_pycollect_makeitem(
@@ -272,7 +272,7 @@ def parametrize(metafunc: pytest.Metafunc) -> None:
 
 
 def judges_run(item: pytest.Item) -> bool:
-    """Say whether a case judges what the other cases of the run have seen."""
+    """Say whether a case judges the observations of the other cases of the run."""
     return isinstance(item, CaseFunction) and item.asks_for("whole_run")
 
 
@@ -280,10 +280,10 @@ UNSORTED = ("", 0, 0)
 
 
 def ordered(items: Iterable[pytest.Item], *, as_files: bool = False) -> list[pytest.Item]:
-    """Sort items: device by device, and what judges a whole run behind its other cases.
+    """Sort items: device by device, and the cases that judge a whole run behind its other cases.
 
-    What shows most comes first (see ``worth``). What a device may not survive comes behind what it
-    will (see ``run.risks``), the riskiest last: a device that is lost has been tested before.
+    Cases that show most come first (see ``case_order``). Risky cases come behind safe ones (see
+    ``run.risks``), the riskiest last: a device that is lost has been tested before.
     ``as_files`` is for a list that is read: it keeps the cases of a file together.
     """
 

@@ -1,4 +1,4 @@
-"""The marks of a case, for ``-m``: its level, its service, and what it does to a device."""
+"""The marks of a case, for ``-m``: its level, its service, and its effects on a device."""
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -30,7 +30,7 @@ MARKS = {
 }
 SERVICES = ("segmented", "block", "upload", "download")
 GROUPS = ("matrix", "random", "od")
-# The cases that send no download, whatever the device has and whatever is permitted.
+# The cases that send no download, with any device and any permission.
 READS = (
     *("upload.*", "segmented-upload.read-only-text", "segmented-upload.without-initiate"),
     *("segmented-download.without-initiate", "sequence.uploads"),

@@ -33,7 +33,7 @@ SELF_TEST_NODE = 5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
-    """What the user asks for; ``given`` has each option of the table.
+    """The options of a run; ``given`` has each option of the table.
 
     ``node_ids`` are all devices of the run, ``run.node_ids`` those that this process tests.
     ``requirements`` are those of --sdo-require.

@@ -1,4 +1,4 @@
-"""From a case's result to what pytest shows: an outcome, and properties."""
+"""From a case's result to pytest's outcome and properties."""
 
 from typing import NoReturn
 
@@ -42,7 +42,7 @@ def attach_not_run(item: pytest.Item, result: CaseResult) -> None:
 
 
 def end_with(result: CaseResult, error: BaseException | None, *, strict: bool) -> None:
-    """Return for a case that passed; else raise what gives pytest the right outcome.
+    """Return for a case that passed; else raise the exception of its outcome.
 
     A test of the user's own that fails by itself keeps its exception.
     """

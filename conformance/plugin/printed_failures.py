@@ -1,6 +1,6 @@
 """Failures as the terminal shows them: fitting it, in colour, and with a command that repeats them.
 
-What other plugins and files get is the plain evidence.
+Other plugins and files get the plain evidence.
 """
 
 from collections.abc import Callable, Generator, Iterator
@@ -24,7 +24,7 @@ _MARKUP: dict[Part, Markup] = {
 
 
 class PrintedFailures:
-    """Keeps what failed until it is printed; the ``causes`` are those of the whole run."""
+    """Keeps failures until they are printed; the ``causes`` are those of the whole run."""
 
     def __init__(self, state: RunState) -> None:
         """Begin without a failure."""
@@ -39,7 +39,7 @@ class PrintedFailures:
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_terminal_summary(self, config: pytest.Config) -> Generator[None, object, object]:
-        """Change what pytest is about to print; by now all else that wants it has read it."""
+        """Change the failures that pytest is about to print; all other readers have them by now."""
         markup = config.get_terminal_writer().markup
         replays = self._replays()
         for report, result in self._failed:
@@ -50,7 +50,7 @@ class PrintedFailures:
         return (yield)
 
     def _replays(self) -> dict[tuple[int, str], str]:
-        """Return the commands that send again what shows the causes, by node-ID and case."""
+        """Return the commands that send the frames of the causes again, by node-ID and case."""
         folder = shown(self._state.report_dir)
         return {
             (count.node_id, count.cases[0].case_id): replay_command(

@@ -1,4 +1,4 @@
-"""--sdo-quick: the cases of each device that show most in few requests, and what it leaves out."""
+"""--sdo-quick: the cases of each device that show most in few requests; it counts the others."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ from conformance.run.bench import RunSettings
 
 
 def beyond_quick(items: Iterable[pytest.Item], options: Options) -> list[pytest.Item]:
-    """Return what a quick run leaves out: not the tests of the user, nor what judges the run."""
+    """Return the cases that a quick run leaves out: no tests of the user, no cases on the run."""
     cases = [each for each in items if isinstance(each, CaseFunction) and not judges_run(each)]
     chosen = {
         node_id: quick_choice(

@@ -15,7 +15,7 @@ from conformance.run.verdict import CaseResult
 
 
 class Recorder:
-    """Takes what is found. What cannot be written is kept, and ``troubles`` tell of it."""
+    """Takes results. Lines that cannot be written are kept, and ``trouble`` says so."""
 
     def __init__(
         self, folder: Path, about: Mapping[str, Any], results: list[CaseResult], *, page: bool
@@ -39,7 +39,7 @@ class Recorder:
         self._file.selected(cases)
 
     def device(self, about: Mapping[str, Any]) -> None:
-        """Take what was discovered of a device."""
+        """Take the description of a discovered device."""
         self.run.devices.append(dict(about))
         self._file.device(about)
 
@@ -50,9 +50,9 @@ class Recorder:
         self._file.case(result, place)
 
     def merge(self, logs: list[Path], whole: Path) -> None:
-        """Make one log of those of the workers; raises OSError.
+        """Merge the logs of the workers; raises OSError.
 
-        What the page shows of them is read before: in one log the lines of a case lie apart.
+        The frames of the page are read before: in the merged log the lines of a case lie apart.
         """
         if self._page:
             with suppress(OSError):  # the page tries again
@@ -71,11 +71,11 @@ class Recorder:
 
     @property
     def trouble(self) -> str:
-        """What could not be written so far; empty when all is in its file."""
+        """The files that could not be written so far; empty if there are none."""
         return self._file.trouble
 
     def end(self, about: Mapping[str, Any]) -> list[str]:
-        """End the record and write the reports; return what could not be written."""
+        """End the record and write the reports; return a sentence for each file that failed."""
         self.run.end = {"at": now(), **about}
         self._file.end(self.run.end)
         troubles = self._write_again() if self._file.close() else []
@@ -87,7 +87,7 @@ class Recorder:
         return troubles
 
     def _write_again(self) -> list[str]:
-        """Write what is in memory once more: the folder may have gone away, and come back."""
+        """Write the whole record once more: the folder may have gone away, and come back."""
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -1,4 +1,4 @@
-"""What the first line of results.jsonl says of a run, and the next ones of its devices."""
+"""The first lines of results.jsonl: the run, and each of its devices."""
 
 import hashlib
 import platform
@@ -23,7 +23,7 @@ _PACKAGES = ("pytest", "python-can", "canopen", "hypothesis")
 
 
 def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
-    """Return what was asked for, where and with what."""
+    """Describe a run: its options, its bus, and the versions of the programs."""
     options = state.options
     run = options.run
     given = options.given
@@ -63,7 +63,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
 
 
 def _revision(listings: Mapping[int, Listing]) -> str:
-    """Return what the EDS of the devices says of its version."""
+    """Return the version of the EDS of the devices."""
     return next((listing.revision for listing in listings.values()), "")
 
 
@@ -76,7 +76,7 @@ def _file(path: Path) -> dict[str, str]:
 
 
 def about_device(device: Device, ids: ChannelIds, *, alone: bool) -> dict[str, Any]:
-    """Return what was discovered of a device on this channel; it may be ``alone`` in its run."""
+    """Describe a discovered device on this channel; it may be ``alone`` in its run."""
     return {
         "node_id": device.node_id,
         "sdo_channel": ids.in_digits,

@@ -54,7 +54,7 @@ class Running:
     def pytest_runtest_setup(self, item: pytest.Item) -> Generator[None, object, object]:
         """Skip a case that cannot be run.
 
-        What an earlier try of the case has left is forgotten: a plugin may run an item once more.
+        The result of an earlier try is forgotten: a plugin may run an item once more.
         """
         begin_again(item)
         if not uses_device(item):
@@ -97,7 +97,7 @@ class Running:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Close the bench; a worker hands back what it found."""
+        """Close the bench; a worker hands back its findings."""
         state = self._state
         if self._has_begun:
             ended = str(

@@ -1,8 +1,8 @@
-"""What the arguments of a command line name: the suite's cases, by whatever is printed of them.
+"""The cases that arguments of a command line name, by any id that is printed of them.
 
 pytest knows files. A case is printed as ``cases/test_abort.py::abort.own[1]``, wherever the suite
 is installed, and as ``abort.own[1]`` in reports and summaries; with several devices it is
-``abort.own@5[1]``. All of these, and what ids begin with, can be arguments again.
+``abort.own@5[1]``. All of these, and beginnings of ids, can be arguments again.
 """
 
 import re
@@ -17,7 +17,7 @@ from conformance.run.case_files import CASE_FILES, CASES, case_files, cases_in
 from conformance.sdo.nearest import meant
 
 FOLDER = CASES.name
-# The files of which cases are named, and their ids, or what they begin with; else all are meant.
+# Files, and the ids of their named cases or beginnings of ids; all cases if there are none.
 Named = dict[Path, list[str]]
 NAMED = pytest.StashKey[Named]()
 # An id, also a mistyped one; files of tests have another ending.
@@ -29,8 +29,8 @@ _BOUNDARY = (".", "-", "[")
 def read_arguments(arguments: Iterable[str], beside: Path) -> tuple[list[str], Named]:
     """Return the arguments as pytest takes them, and the cases that are named in them.
 
-    What there is ``beside``, in the folder of the command, is what it was. Raises pytest.UsageError
-    for what is nearly an id.
+    A path that exists ``beside``, in the folder of the command, stays a path. Raises
+    pytest.UsageError for an argument that is nearly an id.
     """
     paths: dict[str, None] = {}
     named: Named = {}
@@ -57,7 +57,7 @@ def read_arguments(arguments: Iterable[str], beside: Path) -> tuple[list[str], N
 
 
 def _check_id(argument: str) -> None:
-    """Raise pytest.UsageError for what is no path, and nearly the id of a case."""
+    """Raise pytest.UsageError for an argument that is no path, and nearly the id of a case."""
     base = re.split(r"[\[@]", argument, maxsplit=1)[0]
     if _WRITTEN.fullmatch(base) and (hint := meant(base, _ids())):
         raise pytest.UsageError(f"There is no case, file or folder {argument!r}.{hint}")

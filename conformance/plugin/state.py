@@ -1,4 +1,4 @@
-"""What the plugin keeps during a pytest run, and how an item is seen as a case."""
+"""The state of the plugin during a pytest run, and items as cases."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -33,13 +33,12 @@ MOST_FULL = 3
 
 @dataclass(slots=True)
 class RunState:
-    """One run: its bench while it is open, and what was found so far.
+    """One run: its bench while it is open, and its results so far.
 
-    ``judged_late_answers`` says how many answers a case has judged that came late from a device:
-    others may come while the next device is tested. What was ``discovered`` of the devices goes
-    with the first report. ``stop`` is told of the signals that end a run. ``seconds_left`` says for
-    how long a device, by its node-ID, may be tested yet. The cases that are ``reserved`` for a
-    thorough run are no part of this one.
+    ``judged_late_answers`` counts, by device, the late answers that a case has judged: others may
+    come while the next device is tested. The ``discovered`` descriptions of devices go with the
+    first report. Signals that end a run reach ``stop``. ``seconds_left`` says for how long a
+    device, by its node-ID, may be tested yet. The ``reserved`` cases are run in thorough runs only.
     """
 
     options: Options
@@ -76,7 +75,7 @@ class RunState:
 
     @property
     def journal(self) -> Path:
-        """Where this process writes what it changes."""
+        """Where this process writes the values that it changes."""
         worker = self.options.share.worker
         return self.report_dir / (f"{NAME}-{worker}.jsonl" if worker else f"{NAME}.jsonl")
 
@@ -86,7 +85,7 @@ class RunState:
             self.findings.out.setdefault(node_id, reason)
 
     def heed(self, error: BaseException | None) -> None:
-        """Take by what a case has ended: behind a bus that is gone no other is run."""
+        """Take the error that ended a case: without a bus no other case is run."""
         if isinstance(error, InterfaceLost | BusOff):
             self.leave_out_all("the bus is gone")
         full = isinstance(error, TransmitBufferFull)
@@ -107,14 +106,14 @@ STATE = pytest.StashKey[RunState]()
 CASE_RUN = pytest.StashKey[CaseRun]()
 RESULT = pytest.StashKey[CaseResult]()
 REACHED = pytest.StashKey[bool]()
-# What plugins have a case run for once more is another try: the results of those before, and the
+# Plugins may run a case once more, as another try: the results of the earlier tries, and the
 # properties that the item had before the first.
 EARLIER = pytest.StashKey[list[CaseResult]]()
 PROPERTIES = pytest.StashKey[list[tuple[str, object]]]()
 
 
 def begin_again(item: pytest.Item) -> None:
-    """Take what an earlier try has left from an item that is run once more."""
+    """Remove the result of an earlier try from an item that is run once more."""
     properties = item.stash.setdefault(PROPERTIES, list(item.user_properties))
     if RESULT in item.stash:
         item.stash.setdefault(EARLIER, []).append(item.stash[RESULT])
@@ -126,7 +125,7 @@ def begin_again(item: pytest.Item) -> None:
 class ItemCase:
     """An item as a case: one of the suite's ``own``, or a test of the user's.
 
-    ``name``, ``state`` and ``stimulus`` are those of its result.
+    ``name``, ``state`` and ``stimulus`` stand in its result.
     """
 
     case_id: str
@@ -157,7 +156,7 @@ def uses_device(item: pytest.Item) -> bool:
 
 
 def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:
-    """Say whether a worker of several has to run a test, by its place among those collected."""
+    """Say whether a worker has to run a test, by its place among the collected tests."""
     share = options.share
     if not uses_device(item):
         return share.plain_tests
@@ -168,7 +167,7 @@ def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:
 
 
 def case_of(item: pytest.Item) -> ItemCase:
-    """Return what an item is about; an ordinary test counts as a rule of its own."""
+    """Return the case of an item; an ordinary test counts as a rule of its own."""
     if CASE not in item.stash:
         item.stash[CASE] = _case_of(item)
     return item.stash[CASE]

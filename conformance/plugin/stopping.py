@@ -4,8 +4,8 @@ Ctrl-C, ``timeout``, a cancelled job and a terminal that goes away all end a run
 values are put back, programs stopped, reports written. The handlers are the suite's own because
 Python has none where SIGINT was ignored at its start, and none for SIGTERM anywhere.
 
-A worker of pytest-xdist is told by its controller alone: what a terminal sends reaches both of
-them, and would count twice.
+A worker of pytest-xdist takes signals from its controller alone: a signal of the terminal reaches
+both of them, and would count twice.
 """
 
 import os
@@ -29,7 +29,7 @@ class Stopping:
     """The hooks that let signals be noticed where they may be."""
 
     def __init__(self, stop: Stop, share: Share) -> None:
-        """Take what is told of a signal; of the ``share``, whether this is a worker."""
+        """Signals go to ``stop``; ``share`` says whether this process is a worker."""
         self._stop = stop
         self._share = share
         self._is_worker = bool(share.worker)
@@ -67,7 +67,7 @@ class Stopping:
 
     @pytest.hookimpl(trylast=True)
     def pytest_unconfigure(self) -> None:
-        """Put back what was there before."""
+        """Put the earlier handlers back."""
         for number, handler in self._before.items():
             # None stands for a handler that was not installed by Python.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""Errors of the suite's own program: told as what they are, never as something of the device."""
+"""Errors of the suite's own program: they are reported as such, never as the device's."""
 
 import traceback
 from pathlib import Path
@@ -15,7 +15,7 @@ from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.rules import Violation
 
-# By what a case ends that says something, if only that it has nothing to say.
+# The exceptions by which a case ends in good order.
 OUTCOMES = (
     Violation,
     ServerAborted,
@@ -36,8 +36,8 @@ def is_own_case(item: pytest.Item) -> bool:
 def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> CaseResult:
     """Conclude a case that ended with ``error``, if with any.
 
-    What a user's test raises is its failure; what a case of the suite raises beside its outcomes is
-    an error of the suite, and so is whatever is raised while a case is concluded.
+    Any exception of a user's test is its failure. Of a case of the suite, an exception beside its
+    outcomes is an error of the suite, and so is any exception while a case is concluded.
     """
     if isinstance(error, pytest.fail.Exception) and is_own_case(item):
         error = run.bench_error = _ended(error)
@@ -60,7 +60,7 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
 
 
 def _ended(error: BaseException) -> CaseEnded:
-    """Describe what no case of the suite does itself: a plugin has ended it."""
+    """Describe an end that no case of the suite has by itself: a plugin has ended it."""
     return CaseEnded(
         f"Another plugin of pytest ended the case: {error} This says nothing of the device. A "
         "time-out for each test has to allow for all requests of a case and for a silence."
@@ -79,7 +79,7 @@ def _take_back(result: CaseResult) -> None:
 
 
 def suite_error(error: BaseException) -> SuiteError:
-    """Describe an error of the suite by what it is and where; the same each time that it comes."""
+    """Describe an error of the suite by its kind and place; the same each time that it comes."""
     found = SuiteError(
         f"The suite itself has an error: {_in_words(error)}. This does not count against the "
         "device. Please report it, with the traceback of the case."
@@ -95,7 +95,7 @@ def comes_from_here(error: BaseException) -> bool:
 
 
 def traceback_of(error: SuiteError) -> str:
-    """Return the traceback of what has become an error of the suite."""
+    """Return the traceback of an error of the suite."""
     return "".join(traceback.format_exception(error.__cause__)).rstrip()
 
 

@@ -1,4 +1,4 @@
-"""What is printed on pytest's terminal, and lines that fit it.
+"""Lines on pytest's terminal, which fit it.
 
 pytest decides about colours: none without a terminal, with ``--color=no`` or with NO_COLOR.
 """
@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
 
-# What goes on from the line before begins here.
+# The column at which a broken line goes on.
 HANG = 4
 # A terminal that is narrower gets lines of this length.
 NARROWEST = 30
@@ -18,7 +18,7 @@ Markup = dict[str, bool]
 
 
 class Terminal(Protocol):
-    """What pytest hands a failure to print itself on."""
+    """The terminal on which pytest lets a failure print itself."""
 
     def line(self, s: str = "", **markup: bool) -> None:
         """Print one line."""
@@ -49,7 +49,7 @@ def shown(path: Path) -> Path:
 
 
 def columns() -> int | None:
-    """Return how long lines may be: None for what is no terminal, unless COLUMNS says it.
+    """Return how long lines may be: None without a terminal and without COLUMNS.
 
     In a file, and in the log of a CI job, a line is found more easily while it is whole.
     """
@@ -60,8 +60,8 @@ def columns() -> int | None:
 def fitted(text: str, hang: int = HANG) -> Iterator[str]:
     """Yield the lines of a text, each as one or more that fit the terminal.
 
-    What has no space is never broken. What goes on from the line before begins at the column
-    ``hang``, or in the middle of a narrow terminal.
+    A word is never broken. A broken line goes on at the column ``hang``, or in the middle of a
+    narrow terminal.
     """
     width = columns()
     for line in text.splitlines():

@@ -1,4 +1,4 @@
-"""What a run says at its end: what was found, what is missing, and what to begin with."""
+"""The summary at the end of a run: its results, missing objects, and the first thing to repair."""
 
 from collections.abc import Iterator, Sequence
 
@@ -25,7 +25,7 @@ WIDE, WIDEST_GAP = 100, 2
 class TerminalSummary:
     """Prints the end of a run; of one in which all is well, a few lines.
 
-    ``whole``: also what is left out because it would be long.
+    ``whole``: also parts that are left out because they are long.
     """
 
     def __init__(self, terminal: SummaryTerminal, state: RunState, *, whole: bool) -> None:
@@ -42,7 +42,7 @@ class TerminalSummary:
         *,
         left_out: bool,
     ) -> None:
-        """Print what was found, and what was required but is ``untested``.
+        """Print the results, and the requirements that are ``untested``.
 
         ``left_out``: none of the suite's cases was run.
         """

@@ -47,7 +47,7 @@ def in_words(seconds: float) -> str:
 
 
 def estimate_for(options: Options) -> Estimate:
-    """Return what estimates how long the cases of a run take."""
+    """Return the estimate of how long the cases of a run take."""
     given = options.given
     free = given[SIMULATED] and not given[ANSWER_DELAY]  # time jumps over a silence
     return Estimate(
@@ -60,7 +60,7 @@ def estimate_for(options: Options) -> Estimate:
 def say(
     config: pytest.Config, line: str, *, behind_dots: bool = False, always: bool = False
 ) -> None:
-    """Write a line to the terminal, if this process has one; with -qq only what is ``always`` said.
+    """Write a line to the terminal, if this process has one; with -qq only if ``always``.
 
     pytest does not know that its line has only begun where that has dots without a file's name.
     """
@@ -108,7 +108,7 @@ class TimeLeft:
     ) -> None:
         """Take the terminal of the run; its ``budget`` are the seconds after which it ends.
 
-        Where it does not ``takes_time``, the clock of the bus jumps to what is awaited.
+        If it does not ``takes_time``, the clock of the bus jumps to the next event.
         """
         self._takes_time = takes_time
         self._config = config
@@ -143,12 +143,12 @@ class TimeLeft:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: Worker, ids: Sequence[str]) -> None:
-        """Take those of a worker."""
+        """Take the cases of a worker."""
         self._estimate.select(ids, node.workerinput["workerid"])
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take what has come of a test, and who has run it."""
+        """Take the report of a test, and its worker."""
         node: Worker | None = getattr(report, "node", None)
         worker = "" if node is None else node.workerinput["workerid"]
         now = time.monotonic()
@@ -163,9 +163,9 @@ class TimeLeft:
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_logfinish(self, nodeid: str) -> None:
-        """Take what is done, and say how long the rest will take."""
+        """Count a finished case, and say how long the rest will take."""
         if nodeid not in self._results or self._started is None:
-            return  # nothing was told of it
+            return  # no estimate was printed
         worker, result = self._results.pop(nodeid)
         now, begin = time.monotonic(), self._begin[worker]
         self._begin[worker] = now

@@ -1,4 +1,4 @@
-"""The values that a run changes: what it does not put back, and what earlier runs have left."""
+"""Values that a run changes and does not put back, and changed values of earlier runs."""
 
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from conformance.sdo.cob_id import ChannelIds
 
 
 class Values:
-    """Remembers in the journal of this process what it changes; puts back what others have left."""
+    """Writes the changes of this process into its journal; puts back those of earlier runs."""
 
     def __init__(self, options: Options, path: Path) -> None:
         """The journal is written at ``path``, when there is anything to write."""
@@ -27,12 +27,12 @@ class Values:
         self._pending: list[str] = []
 
     def remember(self, device: Device, ids: ChannelIds, record: dict[str, Any]) -> None:
-        """Write what is about to be changed, or is back."""
+        """Write a value that is about to be changed, or was put back."""
         about = LeftBehind(self._path, device.node_id, ids.in_digits, device.identity)
         self._journal.tell(about, record)
 
     def before(self, channel: Channel) -> None:
-        """Put back what earlier runs have left on a node; raises BenchError."""
+        """Put back the values of a node that earlier runs changed; raises BenchError."""
         for left in self._left:
             if left.node_id == channel.node_id:
                 self._lines += put_back_left(channel, left)
@@ -42,7 +42,7 @@ class Values:
                 ]
 
     def close(self, findings: Findings) -> None:
-        """Tell what was put back; the journal goes where nothing is left in it."""
+        """List the values that were put back; an empty journal is deleted."""
         findings.restored += self._lines
         findings.unrestored += self._pending
         if trouble := self._journal.close():
@@ -54,7 +54,7 @@ def _left(options: Options) -> list[LeftBehind]:
 
 
 def left_lines(options: Options) -> list[str]:
-    """Say what earlier runs have left changed on the devices of this one."""
+    """List the values that earlier runs have left changed on the devices of this run."""
     offer = (
         "the values are restored first"
         if options.given[RESTORE]

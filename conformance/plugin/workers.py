@@ -26,19 +26,19 @@ from conformance.bus.stop import Stop
 from conformance.plugin.findings import Findings
 
 KEY = "conformance"
-# What ends a worker in good order. Some systems have no such signal.
+# The signal that ends a worker in good order. Some systems lack it.
 TELLS_WORKER: int | None = getattr(signal, "SIGUSR1", None)
 
 
 class Worker(Protocol):
-    """What the controller knows of a worker (pytest-xdist's WorkerController)."""
+    """A worker, as the controller knows it (pytest-xdist's WorkerController)."""
 
     workerinput: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """What a process has to do: which devices, and whether tests that need none as well.
+    """The work of a process: its devices, and ``plain_tests``, which need no device.
 
     Of the cases it is each ``parts``-th one, from ``part`` on, which counts from 0. The ``mailbox``
     is a folder in which a worker on the same machine leaves the number of its process.
@@ -82,7 +82,7 @@ def is_controller(config: pytest.Config) -> bool:
 
 
 def share_of(config: pytest.Config, node_ids: list[int]) -> Share:
-    """Return what this process has to do."""
+    """Return the work of this process."""
     handed = getattr(config, "workerinput", {}).get(KEY)
     if handed is None:
         return Share(node_ids)
@@ -92,7 +92,7 @@ def share_of(config: pytest.Config, node_ids: list[int]) -> Share:
 def belongs_here(captured: Captured, share: Share, neighbours: frozenset[int]) -> bool:
     """Say whether this process logs a frame, so that it stands once in the log of all.
 
-    What concerns no device under test is logged by the first worker.
+    The first worker logs the frames that concern no device under test.
     """
     node_id = captured.frame.can_id & 0x7F
     if captured.direction is Direction.SENT or node_id in share.node_ids:
@@ -101,7 +101,7 @@ def belongs_here(captured: Captured, share: Share, neighbours: frozenset[int]) -
 
 
 def hand_back(config: pytest.Config, findings: Findings) -> None:
-    """Give the controller what this worker found."""
+    """Give the controller the findings of this worker."""
     config.workeroutput[KEY] = findings.as_dict()  # type: ignore[attr-defined]
 
 
@@ -131,9 +131,9 @@ class Controller:
         *,
         divisible: bool,
     ) -> None:
-        """Choose how the devices are dealt out; ``findings`` is where those of all workers go.
+        """Choose how the devices are dealt out; ``findings`` takes those of all workers.
 
-        A request to ``stop`` goes on to the workers, and to those that are ready later.
+        A request to ``stop`` goes on to all workers, also if they are ready later.
 
         ``divisible`` says that several workers may test one device. ``finished`` names the workers
         that have ended.
@@ -152,7 +152,7 @@ class Controller:
         self._collected = 0
         self.finished: list[str] = []
         config.option.dist = "each"
-        # What a device does after its worker was lost is not known: no other takes over.
+        # Nobody knows the state of a device after its worker was lost: no other takes over.
         config.option.maxworkerrestart = "0"
         if config.getoption("numprocesses", default=None) and not divisible:
             config.option.tx = config.option.tx[: len(node_ids)]
@@ -164,7 +164,7 @@ class Controller:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: Worker) -> None:
-        """Tell a worker what it has to do."""
+        """Give a worker its work."""
         given = node.workerinput
         share = replace(
             self._shares.pop(0),
@@ -197,7 +197,7 @@ class Controller:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, ids: list[str]) -> None:
-        """Count the cases of all workers: pytest-xdist knows those of one."""
+        """Count the cases of all workers: pytest-xdist counts those of a single one."""
         self._collected += len(ids)
 
     @pytest.hookimpl(wrapper=True)
@@ -218,7 +218,7 @@ class Controller:
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Worker, error: object | None) -> None:
-        """Take what a worker found. One that ends without a word makes the run a failure."""
+        """Take the findings of a worker. A worker that ends without any makes the run a failure."""
         worker = node.workerinput["workerid"]
         if worker in self.finished:
             return

@@ -1,1 +1,1 @@
-"""A draft of device.toml: what a device has, and what of it might be permitted to a run."""
+"""A draft of device.toml: the objects of a device, and those that a run might write."""

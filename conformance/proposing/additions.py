@@ -1,4 +1,4 @@
-"""What each permission lets the suite do, and how many cases need it.
+"""The effect of each permission, and the number of cases that need it.
 
 The numbers are those of the built-in device without an EDS, rounded; an EDS adds cases for the
 objects themselves.
@@ -18,7 +18,7 @@ from conformance.device.protected_objects import (
 )
 
 ALL_CASES = 3300
-# By what may be written, most cases first.
+# By writable objects, most cases first.
 BY_OBJECT = {
     "a string or domain": 2600,
     "a number of 4 bytes": 40,
@@ -31,9 +31,9 @@ BY_OBJECT = {
 
 @dataclass(frozen=True, slots=True)
 class Permission:
-    """What a permission lets the suite do, and how many ``cases`` need it without an EDS.
+    """The effect of a permission, and how many ``cases`` need it without an EDS.
 
-    One that is not ``proposed`` may do harm that nobody can undo over SDO.
+    A permission that is not ``proposed`` may do harm that nobody can undo over SDO.
     """
 
     name: str

@@ -18,9 +18,9 @@ Progress = Callable[[int], None]
 
 @dataclass(slots=True)
 class Found:
-    """What a search has found: values by multiplexer, and entries that only take values.
+    """The result of a search: values by multiplexer, and write-only entries.
 
-    ``moving`` are those that did not read the same twice. ``ended`` says why a search has not come
+    ``moving`` values did not read the same twice. ``ended`` says why a search has not come
     to its end; empty if it has.
     """
 
@@ -45,7 +45,7 @@ class ObjectSearch:
         self._unanswered = 0
 
     def through(self, indices: Iterable[int], progress: Progress) -> Found:
-        """Read each index, the sub-indices of what has some, and everything once more.
+        """Read each index, the sub-indices of arrays and records, and everything once more.
 
         Raises DeviceLost.
         """
@@ -65,7 +65,7 @@ class ObjectSearch:
         return self.found
 
     def _read_sub_indices(self, index: int) -> None:
-        """Read what sub-index 0 counts, if it counts anything: that of a variable does not.
+        """Read the entries that sub-index 0 counts; sub-index 0 of a variable counts none.
 
         Some devices serve a variable at every sub-index.
         """
@@ -95,7 +95,7 @@ class ObjectSearch:
         except ServerAborted as aborted:
             value = aborted.abort.code if aborted.abort.code in EXISTS else None
         except Violation:
-            # The cases of a run will say what is wrong.
+            # The cases of a run will report it.
             self._reading.recover()
             self._unanswered += 1
             return None

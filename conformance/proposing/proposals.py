@@ -27,7 +27,7 @@ SHORTEST_TEXT = 3
 
 @dataclass(frozen=True, slots=True)
 class Proposal:
-    """An object that may be written if the user says so; ``note`` is what is known of it."""
+    """An object that may be written if the user says so; ``note`` is a remark on it."""
 
     known: KnownObject
     note: str
@@ -36,7 +36,7 @@ class Proposal:
 
 @dataclass(slots=True)
 class Proposals:
-    """What is proposed of the device's own objects and of its profile's, and what is not.
+    """The proposed objects, the device's own and those of its profile, and the others.
 
     ``never`` are objects that no run ought to write, ``left_out`` others, each with the reason.
     """
@@ -57,7 +57,7 @@ class Proposals:
 
     @property
     def long_ones(self) -> list[Proposal]:
-        """The strings and domains, those that read longest first; domains before strings."""
+        """The domains, then the strings; the longest values first."""
         found = [one for one in self if one.known.varies and one.known.access is Access.RW]
         return sorted(
             found, key=lambda one: (-(one.length or 0), one.known.data_type is not DataType.DOMAIN)
@@ -65,7 +65,7 @@ class Proposals:
 
 
 def by_eds(entries: Iterable[KnownObject], values: Mapping[Multiplexer, bytes]) -> Proposals:
-    """Propose what an EDS says can be written; ``values`` are what the device has read."""
+    """Propose objects that an EDS calls writable; ``values`` were read from the device."""
     found = Proposals()
     for known in entries:
         if not known.access.writable or known.mux.index < FIRST_OF_DEVICE:
@@ -109,7 +109,7 @@ def _said_of(known: KnownObject, value: bytes | None) -> Iterator[str]:
 
 
 def by_reading(found: Found, node_id: int) -> Proposals:
-    """Propose what was found by reading: whether it can be written, no read can tell."""
+    """Propose objects that were found by reading; no read shows whether they are writable."""
     proposals = Proposals()
     counts = {Multiplexer(mux.index) for mux in found.values if mux.sub_index}
     for mux, value in found.values.items():

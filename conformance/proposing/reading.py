@@ -1,4 +1,4 @@
-"""What a device lets read, for a draft of its device.toml: reads are all that is sent."""
+"""Reads a device, for a draft of its device.toml; nothing but reads is sent."""
 
 from collections.abc import Callable, Iterator
 
@@ -16,12 +16,12 @@ from conformance.sdo.emergency import is_error_place
 from conformance.sdo.layout import Multiplexer
 
 FIRST_SEARCHED, LAST_SEARCHED = 0x1000, 0x9FFF
-# Takes what is read next, how many reads went before, and how many there are.
+# Takes the next object, the number of reads before it, and the number of all.
 Progress = Callable[[object, int, int], None]
 
 
 def read_device(channel: Channel, listing: Listing | None, progress: Progress) -> Device:
-    """Get to know a device, and read what an EDS lists of it.
+    """Get to know a device, and read the objects that its EDS lists.
 
     Raises SilentNode, TwoDevices and DeviceLost.
     """
@@ -49,7 +49,7 @@ def search(channel: Channel, device: Device, progress: Progress) -> Found:
 
 
 def about(device: Device) -> Iterator[str]:
-    """Yield what a device says of itself."""
+    """Yield the identity of a device, in sentences."""
     identity = ", ".join(f"{name} {number}" for name, number in device.identity.items())
     yield f"Identity (1018h): {identity or 'could not be read'}"
     texts = [

@@ -31,9 +31,9 @@ _HEAD = """\
 
 @dataclass(slots=True)
 class Draft:
-    """What goes into the file.
+    """The contents of the file.
 
-    ``about`` are sentences on the device, ``remarks`` what is odd about it. ``eds`` is the path
+    ``about`` are sentences on the device, ``remarks`` its oddities. ``eds`` is the path
     from the file; ``indices`` are all objects that the device is known to have. A bus of None is
     not known.
     """

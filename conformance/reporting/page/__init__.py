@@ -1,1 +1,1 @@
-"""report.html: a run as one page that needs nothing beside it, for those who were not there."""
+"""report.html: a run as one page that needs no other file, for readers who were not there."""

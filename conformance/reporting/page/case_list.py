@@ -18,7 +18,7 @@ REPEATED = 4096
 
 
 def case_list(cases: Iterable[Case], *, alone: bool) -> str:
-    """Return what is known of each case; ``alone`` are those of the only device of a run."""
+    """Return the rows of the cases; ``alone`` says that the run had one device."""
     return "".join([_listed(case, alone=alone) for case in cases])
 
 
@@ -41,7 +41,7 @@ def _listed(case: Case, *, alone: bool) -> str:
 
 
 def _judgement(result: CaseResult) -> str:
-    """Say what was expected and what came, of a case that has more to say than its verdict."""
+    """Return the expected and the actual response of a case, unless its verdict says enough."""
     if not (result.expected or result.actual or result.cause):
         return ""
     said = {
@@ -56,7 +56,7 @@ def _judgement(result: CaseResult) -> str:
 
 
 def _text(text: str) -> str:
-    """Return text as HTML, inert whatever a device has sent."""
+    """Return text as HTML, inert with any text of a device."""
     return escape(inert(text, keep="\n"))
 
 

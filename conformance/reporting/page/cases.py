@@ -49,12 +49,12 @@ class Case:
 
     @cached_property
     def link(self) -> str:
-        """What leads to it, as HTML: a page may have ten of these, of each of many cases."""
+        """The links to it, as HTML: a page may have ten of these, of each of many cases."""
         return f'<a class="mark {self.kind}" href="#{self.anchor}">{self.mark}</a>'
 
 
 def links(cases: Iterable[Case]) -> str:
-    """Return what leads to each of these cases, as HTML."""
+    """Return the links to these cases, as HTML."""
     return "".join([case.link for case in cases])
 
 

@@ -1,4 +1,4 @@
-"""What report.html shows of a run, as values."""
+"""The contents of report.html, as values."""
 
 import math
 from bisect import bisect_right
@@ -23,7 +23,7 @@ from conformance.reporting.summary import QUICK, tested_share, written_objects
 from conformance.run.verdict import FAILED, NOT_TESTED, CaseResult, Verdict
 
 BARS = 24
-# Milliseconds; what is shorter is below the resolution of a log.
+# Milliseconds; a shorter time is below the resolution of a log.
 SHORTEST = 0.001
 
 
@@ -44,7 +44,7 @@ class PageContent:
     def __init__(
         self, folder: Path, run: RecordedRun, traffic: Traffic, profile: dict[int, Chosen]
     ) -> None:
-        """Take the run, the folder of its reports, and what its log has."""
+        """Take the run, the folder of its reports, and the contents of its log."""
         self._folder = folder
         self.run = run
         self.traffic = traffic
@@ -113,7 +113,7 @@ class PageContent:
 
     @property
     def troubles(self) -> list[str]:
-        """What a reader has to know first: values not put back, a lost bench or device."""
+        """The first warnings: values not put back, a lost bench or device."""
         if self.run.end is None:
             return self.run.troubles
         unrestored = [f"not put back: {line}" for line in self.run.end["unrestored"]]
@@ -151,7 +151,7 @@ class PageContent:
 
     @property
     def not_tested(self) -> list[tuple[str, int]]:
-        """Why cases say nothing of the device, most cases first; each reason says what to do."""
+        """The reasons why cases were not testable, most cases first; each says how to change it."""
         reasons = Counter(
             f"{case.result.verdict.value}: {case.result.actual}"
             for case in self.cases
@@ -161,12 +161,12 @@ class PageContent:
 
     @property
     def writable(self) -> str:
-        """What may be written, in words."""
+        """The writable objects, in words."""
         return written_objects(self.about["writable"], all_rw=self.about["all_rw"])
 
     @property
     def quick(self) -> list[str]:
-        """What a quick run left out, of each device."""
+        """The cases that a quick run left out, of each device."""
         properties = self.run.properties
         return [text for name, text in properties.items() if name.rpartition(".")[2] == QUICK]
 

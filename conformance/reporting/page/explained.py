@@ -1,4 +1,4 @@
-"""What the bytes of an SDO frame are, part by part, for people who read a diagram."""
+"""The bytes of an SDO frame, part by part, for readers of a diagram."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -66,7 +66,7 @@ _SPECIFIER_SHIFT = 5
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Bytes of a frame that belong together, in hexadecimal, and what they mean."""
+    """Bytes of a frame that belong together, in hexadecimal, and their meaning."""
 
     data: str
     meaning: str

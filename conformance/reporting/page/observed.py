@@ -1,4 +1,4 @@
-"""What the log of a run shows of its devices, where there is one."""
+"""The observations of devices in the log of a run, if there is a log."""
 
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field

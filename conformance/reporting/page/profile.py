@@ -1,4 +1,4 @@
-"""What the devices of a run chose where the specification leaves a choice, as its log shows."""
+"""The choices of the devices of a run where CiA 301 leaves one, from its log."""
 
 from collections.abc import Collection, Sequence
 

@@ -1,4 +1,4 @@
-"""What bus.log holds of each case: its frames in words, what was written, how fast answers came."""
+"""The traffic of each case in bus.log: its frames in words, writes, and times of answers."""
 
 from bisect import insort
 from collections import Counter, defaultdict
