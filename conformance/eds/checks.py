@@ -8,8 +8,8 @@ from conformance.eds.pdo_checks import check_pdos
 from conformance.eds.text import Sections
 
 
-def check(sections: Sections, listing: Listing, findings: Findings) -> None:
-    """Add what contradicts itself in the file, or a specification."""
+def check(sections: Sections, listing: Listing, findings: Findings) -> Listing:
+    """Add what contradicts itself in the file, or a specification; return the rest of the list."""
     check_info(sections, findings)
     check_objects(sections, listing, findings)
-    check_pdos(sections, listing, findings)
+    return check_pdos(sections, listing, findings)

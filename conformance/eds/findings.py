@@ -1,7 +1,7 @@
 """Findings about a description: the rule, the place, and how the reader goes on."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -84,6 +84,10 @@ class Findings:
         self.counts[rule.id] += 1
         if self.counts[rule.id] <= MOST_OF_A_RULE:
             self.found.append(Finding(rule, self.path, place, sentence, made))
+
+    def count(self, rules: Iterable[EdsRule]) -> int:
+        """Return how many findings there are by these rules."""
+        return sum(self.counts[rule.id] for rule in rules)
 
     def sorted(self) -> tuple[Finding, ...]:
         """Return the findings in the order of their lines."""

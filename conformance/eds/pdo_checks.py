@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 from conformance.device.eds_listing import ListedObject, Listing
 from conformance.eds import rules
@@ -24,16 +25,31 @@ from conformance.sdo.pdos import (
     is_multiplexed,
 )
 
+# No device can have what breaks one of them.
+IMPOSSIBLE = (rules.MAPPED_OBJECT, rules.MAPPED_ACCESS, rules.MAPPED_LENGTH)
 _DUMMY = re.compile(r"Dummy0*([1-9a-f][0-9a-f]?)", re.IGNORECASE)
 
 
-def check_pdos(sections: Sections, listing: Listing, findings: Findings) -> None:
-    """Check what the PDOs of a device are."""
+def check_pdos(sections: Sections, listing: Listing, findings: Findings) -> Listing:
+    """Check what the PDOs of a device are.
+
+    Return the listing without the mappings that no device could have: no case compares them.
+    """
     _check_pairs(sections, listing, findings)
     allowed = _dummies(sections, findings)
-    for listed in listing.objects.values():
-        if is_mapping(listed.index):
-            _check_mapping(sections, listing, listed, allowed, findings)
+    objects = dict(listing.objects)
+    for index, listed in listing.objects.items():
+        if not is_mapping(index):
+            continue
+        before = findings.count(IMPOSSIBLE)
+        _check_mapping(sections, listing, listed, allowed, findings)
+        if findings.count(IMPOSSIBLE) > before:
+            entries = {
+                sub: replace(known, default=None, configured=None)
+                for sub, known in listed.entries.items()
+            }
+            objects[index] = replace(listed, entries=entries, unclear=listed.unclear | {0})
+    return replace(listing, objects=objects)
 
 
 def _check_pairs(sections: Sections, listing: Listing, findings: Findings) -> None:

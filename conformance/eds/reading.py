@@ -97,7 +97,7 @@ def _read(sections: Sections, findings: Findings, node_id: int) -> DeviceFile:
             "there is no section of an object, as [1000], which every EDS has: is this an EDS?",
         )
     listing = ListingReader(sections, findings, node_id).read()
-    check(sections, listing, findings)
+    listing = check(sections, listing, findings)
     return DeviceFile(
         findings.path, sections, listing, findings.sorted(), tuple(findings.left_out())
     )

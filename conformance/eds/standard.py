@@ -24,6 +24,7 @@ SYNC, TIME, EMERGENCY = Multiplexer(0x1005), Multiplexer(0x1012), Multiplexer(0x
 SYNC_ID = 0x080
 VENDOR_ID = Multiplexer(0x1018, 1)
 FIRST_CHANNEL = 0x1200
+FURTHER_CHANNELS = range(0x1201, 0x1280)
 NOT_COMPARED = "No case compares it"
 
 
@@ -100,7 +101,9 @@ class Standard:
             return lambda cob_id: _predefined(cob_id, SYNC_ID)
         if mux == EMERGENCY:
             return lambda cob_id: _predefined(cob_id, EMERGENCY_BASE + self.node_id)
-        if mux == TIME or (mux.sub_index == COB_ID and is_communication(mux.index)):
+        is_channel = mux.index in FURTHER_CHANNELS and mux.sub_index in (1, 2)
+        is_pdo = mux.sub_index == COB_ID and is_communication(mux.index)
+        if mux == TIME or is_channel or is_pdo:
             return _free
         return None
 
@@ -122,7 +125,7 @@ def _predefined(cob_id: CobId, due: int) -> str:
 
 
 def _free(cob_id: CobId) -> str:
-    """Say why a COB-ID is one that no TIME and no PDO may have; empty if it is not."""
+    """Say why neither TIME nor a PDO nor a further channel may have a COB-ID; empty if they may."""
     if cob_id.has_stray_bits:
         return "with bits 11 to 28 of a CAN-ID of 11 bits"
     if cob_id.valid and cob_id.is_restricted:

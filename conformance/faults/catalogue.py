@@ -97,7 +97,7 @@ def build_node(
     """
     deviation = find_deviation(name)
     lacking = deviation.lacking if deviation else NOTHING
-    objects = described_device(listing) if listing else reference_device(node_id, lacking)
+    objects = described_device(listing, node_id) if listing else reference_device(node_id, lacking)
     if deviation is not None:
         return deviation.build(node_id, objects, server_timeout=server_timeout)
     return assemble(Node, Server, node_id, objects, server_timeout)

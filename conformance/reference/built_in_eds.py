@@ -54,7 +54,12 @@ def permits_for(node: Node) -> Permits:
 
 def eds_of(node: Node) -> str:
     """Return the EDS of a built-in device that has just been built."""
-    return "\n".join(_lines(dict(node.objects.items())))
+    return eds_text(dict(node.objects.items()))
+
+
+def eds_text(entries: dict[Multiplexer, Entry]) -> str:
+    """Return an EDS of these entries."""
+    return "\n".join(_lines(entries))
 
 
 def _lines(entries: dict[Multiplexer, Entry]) -> Iterator[str]:
@@ -75,11 +80,13 @@ def _lines(entries: dict[Multiplexer, Entry]) -> Iterator[str]:
         yield from (f"{number}={index:#06x}" for number, index in enumerate(indices, 1))
     for index, subs in by_index.items():
         yield f"[{index:04X}]"
-        if len(subs) == 1:
+        if list(subs) == [0]:
             yield from _entry_lines(Multiplexer(index), subs[0])
             continue
         kind = ObjectType.ARRAY if index in (ERROR_LIST, GAPPY) else ObjectType.RECORD
-        type_code = subs[1].data_type if kind is ObjectType.ARRAY else _TYPE_CODES.get(index)
+        type_code = (
+            subs[max(subs)].data_type if kind is ObjectType.ARRAY else _TYPE_CODES.get(index)
+        )
         yield f"ParameterName=Object {index:04X}"
         yield f"ObjectType={kind:#x}"
         yield f"SubNumber={len(subs)}"

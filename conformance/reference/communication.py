@@ -5,6 +5,7 @@ The node sends and takes none of these; it only checks what is written.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import takewhile
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.channel_parameters import Check, CheckedEntry
@@ -17,6 +18,7 @@ from conformance.sdo.pdos import (
     INHIBIT_TIME,
     MAPPING_OF,
     MOST_BITS,
+    MOST_MAPPED,
     RECEIVED_MAPPINGS,
     RESERVED_TYPES,
     SYNC_START,
@@ -30,6 +32,7 @@ RECEIVED_BASE, SENT_BASE = 0x200, 0x180
 PRODUCES, CONSUMES = DYNAMIC, NOT_VALID
 EVENT_DRIVEN = b"\xff"
 ENTRIES = 3
+_PLACES = range(1, MOST_MAPPED + 1)
 FIRST_MAPPABLE = 0x2000
 
 InUse = Callable[[int], bool]
@@ -91,7 +94,9 @@ def while_invalid(cob_id: Entry) -> Check:
 
 
 def is_mappable(mux: Multiplexer, entry: Entry) -> bool:
-    """Say whether a PDO may map an entry: a number of the application."""
+    """Say whether a PDO may map an entry, by itself a number of the application."""
+    if entry.mappable is not None:
+        return entry.mappable
     return mux.index >= FIRST_MAPPABLE and entry.data_type.length is not None
 
 
@@ -140,13 +145,16 @@ class Mapping:
     objects: ObjectDictionary
     index: int
     count: Entry = field(init=False)
+    most: int = field(init=False)
 
     def __post_init__(self) -> None:
         self.count = self.objects.find(Multiplexer(self.index))
+        there = (self.objects.get(Multiplexer(self.index, sub)) for sub in _PLACES)
+        self.most = sum(1 for _ in takewhile(bool, there))
 
     def attach(self) -> None:
         """Let the entries ask before they change."""
-        for sub in range(ENTRIES + 1):
+        for sub in range(self.most + 1):
             entry = self.objects.get(Multiplexer(self.index, sub))
             if isinstance(entry, CheckedEntry):
                 entry.check = self.check_entry if sub else self.check_count
@@ -182,7 +190,7 @@ class Mapping:
         if new == old:
             return
         self.check_changeable()
-        if new[0] > ENTRIES:
+        if new[0] > self.most:
             raise Refusal(AbortCode.MAPPING_TOO_LONG)
         self.check_length(
             _number(self.objects.find(Multiplexer(self.index, sub)).value) & 0xFF

@@ -7,7 +7,7 @@ Without I/O and without a clock: ``advance`` is told what time it is, in seconds
 from collections.abc import Callable
 from functools import partial
 
-from conformance.reference.communication import RECEIVED, SENT, Mapping
+from conformance.reference.communication import Mapping
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -27,7 +27,7 @@ from conformance.sdo.nmt import (
     error_control,
 )
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.pdos import MAPPING_OF
+from conformance.sdo.pdos import is_count_of_mapping
 from conformance.sdo.storage_commands import (
     APPLICATION_PART,
     COMMANDS,
@@ -64,8 +64,9 @@ class ServerChannel:
 class Node:
     """A node with the default SDO channel, 600h and 580h plus node-ID, and further ones.
 
-    All servers work on the objects of the first. The node adds the objects that are its own:
-    1001h, 1017h, 1200h, and 1201h, 1202h, … for each further channel. Where an ``ErrorCode`` is
+    All servers work on the objects of the first. The node adds the objects that are its own, where
+    they do not keep to a description: 1001h, 1017h, 1200h, and 1201h, 1202h, … for each further
+    channel. Where an ``ErrorCode`` is
     among the objects, an emergency follows each change of it.
 
     A reset leads to the ``power_on`` values, that is to the ``defaults`` until others are stored.
@@ -96,14 +97,15 @@ class Node:
         self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
         for channel in self.channels:
             self.objects.add(channel.record.by_multiplexer())
-        for index in (RECEIVED + MAPPING_OF, SENT + MAPPING_OF):
-            if self.objects.get(Multiplexer(index)) is not None:
-                Mapping(self.objects, index).attach()
+        mappings = [mux.index for mux, _ in self.objects.items() if is_count_of_mapping(mux)]
+        for index in mappings:
+            Mapping(self.objects, index).attach()
         self.defaults = self.power_on = self.present()
+        commands = self.commands()
         self._commands = [
-            (entry, signature_of(mux), follow)
-            for mux, follow in self.commands().items()
-            if (entry := self.objects.get(mux)) is not None
+            (entry, signature_of(mux), commands.get(mux, _nothing))
+            for mux, entry in self.objects.items()
+            if mux.index in COMMANDS and mux.sub_index
         ]
         self._heartbeat_period = 0.0
         self._heartbeat_due: float | None = None
@@ -330,3 +332,7 @@ class Node:
         """Refuse what is no node-ID."""
         if not 1 <= new[0] <= HIGHEST_NODE_ID:
             raise Refusal(AbortCode.VALUE_INVALID)
+
+
+def _nothing() -> None:
+    """Store or load nothing: the command is about parameters of which the node has none."""

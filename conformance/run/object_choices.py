@@ -138,9 +138,13 @@ def structured(listing: Listing) -> dict[str, ListedObject]:
 
 
 def mappings(listing: Listing) -> dict[str, int]:
-    """Choose what PDOs map; of a device without an EDS the first in each direction."""
+    """Choose what PDOs map; of a device without an EDS the first in each direction.
+
+    A mapping that contradicts the rest of the EDS is not chosen.
+    """
     first = (SENT.start + MAPPING_OF, RECEIVED.start + MAPPING_OF)
-    indices = sorted(listing.objects) if listing.is_complete else sorted(first)
+    clear = [index for index, listed in listing.objects.items() if 0 not in listed.unclear]
+    indices = sorted(clear) if listing.is_complete else sorted(first)
     return {f"{index:04X}h": index for index in indices if is_mapping(index)}
 
 

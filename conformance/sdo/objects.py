@@ -151,7 +151,8 @@ class Entry:
     """One entry: its value as it goes over the wire, and what may be written.
 
     ``capacity`` is the most bytes that a string or domain holds, ``fewest`` the fewest; ``low`` and
-    ``high`` are limits of an integer, both included.
+    ``high`` are limits of an integer, both included. Whether PDOs may map it follows from index and
+    type where ``mappable`` is None.
     """
 
     value: bytes
@@ -162,6 +163,7 @@ class Entry:
     capacity: int = DEFAULT_CAPACITY
     has_data: bool = True
     fewest: int = 0
+    mappable: bool | None = None
 
     @property
     def longest(self) -> int:

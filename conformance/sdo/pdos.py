@@ -53,9 +53,14 @@ def is_mapping(index: int) -> bool:
     return index in RECEIVED_MAPPINGS or index in SENT_MAPPINGS
 
 
+def is_count_of_mapping(mux: Multiplexer) -> bool:
+    """Say whether it is sub-index 0 of a mapping."""
+    return is_mapping(mux.index) and not mux.sub_index
+
+
 def is_multiplexed(mux: Multiplexer, value: bytes) -> bool:
     """Say whether it is sub-index 0 of a mapping, and makes the PDO a multiplexed one (MPDO)."""
-    return is_mapping(mux.index) and not mux.sub_index and value in _MULTIPLEXED
+    return is_count_of_mapping(mux) and value in _MULTIPLEXED
 
 
 def is_kept_while_valid(mux: Multiplexer) -> bool:

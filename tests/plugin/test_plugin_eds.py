@@ -6,14 +6,19 @@ from pathlib import Path
 import pytest
 from plugin_runs import NODE_ID, hosted, run
 
+from conformance.__main__ import main
+from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.known_objects import parse_object
+from conformance.device.protected_objects import PERMISSIONS
 from conformance.eds.reading import read_eds
 from conformance.faults.catalogue import build_node
 from conformance.reference.described import described_device
+from conformance.reference.host import NodeHost
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, ObjectDictionary
+from conformance.sdo.storage_commands import COMMANDS
 
 pytest_plugins = ["pytester"]
 
@@ -72,7 +77,7 @@ class Audited(Server):
 )
 def test_a_device_made_of_an_eds_passes(pytester: pytest.Pytester, name: str, passed: int) -> None:
     listing = read_eds(FILES / name, NODE_ID)
-    server = Audited(described_device(listing))
+    server = Audited(described_device(listing, NODE_ID))
     (pytester.path / "device.toml").write_text(DESCRIPTION.format(eds=FILES / name), "utf-8")
     with hosted(Node(NODE_ID, server)) as bus:
         result = run(pytester, "--sdo-device=device.toml", *bus, "-k", CHOSEN)
@@ -91,6 +96,53 @@ def test_a_device_made_of_an_eds_passes(pytester: pytest.Pytester, name: str, pa
     kept = [(entry, value) for entry, value in server.before if id(entry) in there]
     assert all(entry.value == value for entry, value in kept)
     assert len(kept) > 5
+
+
+KINDS = (
+    "access-unknown",
+    "fixed-mapping-5-of-8",
+    "heartbeat-default-const",
+    "mpdo-FE",
+    "stored-eds",
+)
+
+
+@pytest.mark.parametrize("name", ["unusual.eds", *(f"faulty/{kind}.eds" for kind in KINDS)])
+def test_a_server_made_of_any_file_passes_a_quick_run(pytester: pytest.Pytester, name: str) -> None:
+    """It follows CiA 301 for 1000h to 1FFFh, though the first file contradicts it eight times."""
+    allowed = "".join(f"{permission} = true\n" for permission in sorted(PERMISSIONS))
+    description = DESCRIPTION.format(eds=FILES / name)
+    description = description[: description.index("read-only-probes")] + allowed
+    (pytester.path / "device.toml").write_text(description, "utf-8")
+    with hosted(build_node(None, NODE_ID, read_eds(FILES / name, NODE_ID))) as bus:
+        result = run(pytester, "--sdo-device=device.toml", *bus, "--sdo-quick")
+    assert result.ret == pytest.ExitCode.OK, result.stdout.str()
+
+
+def test_a_server_made_of_a_file_has_what_is_listed_and_nothing_else() -> None:
+    listing = read_eds(FILES / "unusual.eds", NODE_ID)
+    objects = build_node(None, NODE_ID, listing).objects
+    assert {mux for mux, _ in objects.items()} == {known.mux for known in listing.entries}
+    for known in listing.entries:
+        entry = objects.find(known.mux)
+        assert entry.access is known.access
+        assert entry.data_type is known.data_type
+        assert known.stated in (None, entry.value) or known.mux.index in (0x1003, *COMMANDS)
+
+
+def test_a_device_is_held_against_its_file(pytester: pytest.Pytester) -> None:
+    """``conformance eds --node-id`` runs the cases on the object dictionary alone."""
+    path = FILES / "right.eds"
+    node = build_node(None, NODE_ID, read_eds(path, NODE_ID))
+    options = ["udp_multicast", "239.74.163.2", "port=43114"]
+    bus = [
+        f"--can-{name}={value}"
+        for name, value in zip(("interface", "channel", "option"), options, strict=True)
+    ]
+    settings = BusSettings(options[0], options[1], options=(("port", "43114"),))
+    with NodeHost(open_bus(settings), node):
+        assert main(["eds", str(path), f"--node-id={NODE_ID}", *bus]) == 0
+        assert main(["eds", str(FILES / "drive.eds"), f"--node-id={NODE_ID}", *bus]) == 1
 
 
 @pytest.mark.parametrize(
