@@ -1,6 +1,6 @@
 """What is wrong with a device follows from what it sent, and not from our words for it.
 
-Each sentence is turned round, letter by letter: of messages, of what came and what was expected, of
+Each sentence is put into other words: of messages, of what came and what was expected, of
 abort codes, and of rules. Verdicts and causes have to stay.
 """
 
@@ -9,12 +9,10 @@ from typing import Any
 
 import pytest
 from case_runs import Run, run_cases
+from support.rewording import reword, reworded
 
 from conformance.run.case_files import CASES
-from conformance.sdo import abort_codes, describe
-from conformance.sdo.layout import Message
-from conformance.sdo.rules import RULES, Rule, Violation
-from conformance.sdo.seen import Seen
+from conformance.sdo.rules import RULES
 
 CHOICES = ("test_block_upload_choices.py", "test_block_download_choices.py")
 
@@ -23,45 +21,18 @@ def of(*files: str) -> tuple[str, ...]:
     return tuple(str(CASES / file) for file in files)
 
 
-def turned(text: str) -> str:
-    """Return a text that no pattern and no beginning fits any more."""
-    return text[::-1]
-
-
-def turning(words: Callable[..., str]) -> Callable[..., str]:
-    """Return what gives the same words, turned round."""
-    return lambda *arguments: turned(words(*arguments))
-
-
 @pytest.fixture
-def rules_turned() -> Iterator[Callable[[], None]]:
-    """Hand out what turns the sentences of all rules round; they come back behind the test."""
+def rules_reworded() -> Iterator[Callable[[], None]]:
+    """Hand out what changes the sentences of all rules; they come back behind the test."""
     before = [(rule, rule.sentence) for rule in RULES]
 
-    def turn() -> None:
+    def change() -> None:
         for rule, sentence in before:
-            object.__setattr__(rule, "sentence", turned(sentence))
+            object.__setattr__(rule, "sentence", reworded(sentence))
 
-    yield turn
+    yield change
     for rule, sentence in before:
         object.__setattr__(rule, "sentence", sentence)
-
-
-def reword(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Turn the sentences round that tell of what a device does."""
-    describing, fields, init = describe._describing, Message.reserved_fields, Violation.__init__
-
-    def reserved(self: Message) -> list[str]:
-        return [turned(words) for words in fields(self)]
-
-    def initialise(self: Violation, rule: Rule, *, expected: str, **rest: Any) -> None:
-        init(self, rule, expected=turned(expected), **rest)
-
-    monkeypatch.setattr(describe, "_describing", lambda kind: turning(describing(kind)))
-    monkeypatch.setattr(Message, "reserved_fields", reserved)
-    monkeypatch.setattr(abort_codes, "meaning_of", turning(abort_codes.meaning_of))
-    monkeypatch.setattr(Seen, "words", property(turning(Seen.words.__get__)))
-    monkeypatch.setattr(Violation, "__init__", initialise)
 
 
 def told(run: Run) -> tuple[dict[str, Any], dict[str, str]]:
@@ -87,10 +58,10 @@ def test_no_cause_and_no_verdict_depends_on_a_sentence(
     fault: str,
     chosen: tuple[str, ...],
     monkeypatch: pytest.MonkeyPatch,
-    rules_turned: Callable[[], None],
+    rules_reworded: Callable[[], None],
 ) -> None:
     plain = told(run_cases(fault, *chosen))
     assert plain[1], "it fails no case: that proves nothing"
     reword(monkeypatch)
-    rules_turned()
+    rules_reworded()
     assert told(run_cases(fault, *chosen)) == plain
