@@ -16,14 +16,13 @@ def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: Kind) 
     """Fail with the first of the incidents and their number; ``cause`` is what they all are."""
     if incidents:
         first = incidents[0]
-        found = sdo.breach(
+        raise sdo.breach(
             expected,
             said("{} exceptions", len(incidents)).remarking(
                 f"; the first ({first.case_id}): {first.violation.actual}"
             ),
+            told_as=Cause(first.violation.rule.id, *cause),
         )
-        found.told_as = Cause(first.violation.rule.id, *cause)
-        raise found
 
 
 @must("run.reserved", "response.reserved")

@@ -124,11 +124,8 @@ class Reading:
         brings_back = None if answers or self.losses > LOSSES else self._brings_back
         if brings_back is None or not brings_back():
             raise lost_early(sdo, asked, why)
-        gone = Violation(
-            IDLE_AFTERWARDS, expected="an answer to a read of 1000h", actual=NoAnswer("nothing")
-        )
-        gone.asked = asked
-        sdo.note(gone)
+        expected, nothing = "an answer to a read of 1000h", NoAnswer("nothing")
+        sdo.note(Violation(IDLE_AFTERWARDS, expected=expected, actual=nothing, asked=asked))
         return True
 
 

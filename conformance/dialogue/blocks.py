@@ -162,9 +162,8 @@ class Blocks:
             self._sdo.end_transfer()
         if abort.code in NOT_THERE and not served:
             return Unimplemented(refusal.words)
-        refused = Violation(NOT_REFUSED, expected="a block transfer to be served", actual=refusal)
-        refused.asked = request
-        return refused
+        expected = "a block transfer to be served"
+        return Violation(NOT_REFUSED, expected=expected, actual=refusal, asked=request)
 
     def send_segments(self, chunks: Sequence[bytes], *, first: int = 1, last: bool = False) -> None:
         """Send segments without a pause, numbered from ``first``; ``last`` marks the final one."""

@@ -13,7 +13,6 @@ from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import Cause, Rule, Violation
 from conformance.sdo.rules.block_upload import ENDS
 from conformance.sdo.rules.defects import BEHIND_LAST, NOT_STORED
-from conformance.sdo.seen import Seen
 
 MOST_NOTED = 100
 
@@ -61,10 +60,6 @@ class CaseRecord:
         """
         for each in self.pauses:
             each.waited()
-
-    def breach(self, expected: str, actual: Seen | str) -> Violation:
-        """Build a breach of the case's rule."""
-        return Violation(self.rule, expected=expected, actual=actual)
 
     def cause_of(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach: it followed its own request, or the one ``asked`` last."""

@@ -272,9 +272,9 @@ class Channels:
             try:
                 yield other
             except ServerAborted as aborted:
-                found = self._sdo.breach("both transfers served", Received(aborted.abort))
-                found.told_as = DISTURBED
-                raise found from aborted
+                raise self._sdo.breach(
+                    "both transfers served", Received(aborted.abort), told_as=DISTURBED
+                ) from aborted
             except Violation as found:
                 if not self._sdo.record.is_known(found, self._sdo.wire.last_sent):
                     found.told_as = DISTURBED

@@ -246,9 +246,8 @@ class Dialogue(Transfers):
         """Expect no more than aborts of segments that are behind an abort: the server is idle."""
         for answer in self.fence():
             if not isinstance(answer, Abort):
-                breach = self.breach("an abort of each segment at the most", Received(answer))
-                breach.told_as = GOES_ON
-                raise breach
+                expected = "an abort of each segment at the most"
+                raise self.breach(expected, Received(answer), told_as=GOES_ON)
             self.checks.abort(answer, None)
 
     def expect_nothing(self) -> None:

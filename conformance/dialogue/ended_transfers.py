@@ -20,9 +20,9 @@ def look_for_abort(wire: Wire, data: bytes) -> None:
     # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
     if leaves_unasked(wire, within_burst=not is_abort(data)):
         seen = Received(wire.receive())
-        found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=seen)
-        found.asked = wire.last_sent
-        raise found
+        raise Violation(
+            NOT_REFUSED, expected="the transfer to go on", actual=seen, asked=wire.last_sent
+        )
 
 
 def leaves_unasked(wire: Wire, *, within_burst: bool = False) -> bool:

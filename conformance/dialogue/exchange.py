@@ -21,7 +21,7 @@ from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Response, Unknown
 from conformance.sdo.layout import Message, Multiplexer
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import Cause, Violation
 from conformance.sdo.seen import Seen
 
 
@@ -155,9 +155,11 @@ class Exchange:
         """Record what the device does where the specification says nothing."""
         self.record.notes.append(note)
 
-    def breach(self, expected: str, actual: Seen | str) -> Violation:
-        """Build a breach of the case's rule."""
-        return self.record.breach(expected, actual)
+    def breach(
+        self, expected: str, actual: Seen | str, *, told_as: Cause | None = None
+    ) -> Violation:
+        """Build a breach of the case's rule; ``told_as`` is the defect behind it, if known."""
+        return Violation(self.record.rule, expected=expected, actual=actual, told_as=told_as)
 
     @cached_property
     def _random(self) -> random.Random:

@@ -75,8 +75,8 @@ class Room:
                 NOT_REFUSED,
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
                 actual=Received(abort),
+                asked=asked,
             )
-            refused.asked = asked
             if exactly:
                 raise refused
             self._store_by_any_way(known, data, refused)
@@ -209,9 +209,7 @@ class Room:
     def _note_code(self, known: KnownObject, size: int, abort: Abort) -> None:
         """Tell a wrong code of a refusal that is right; the length is known from then on."""
         due = f"a refusal of {size} bytes by {known} with {describe_code(TOO_LONG.codes[0])}"
-        wrong = Violation(TOO_LONG, expected=due, actual=Received(abort))
-        wrong.asked = self._sdo.wire.last_sent
-        self._sdo.note(wrong)
+        self._sdo.note(Violation(TOO_LONG, expected=due, actual=Received(abort)))
 
     def object_beyond(self, size: int) -> tuple[KnownObject, bytes]:
         """Return an object of ``size`` bytes or more, and its value.

@@ -27,10 +27,9 @@ class Served:
     ) -> None:
         if isinstance(error, ServerAborted):
             asked = self._wire.last_sent
-            refused = Violation(
+            raise Violation(
                 NOT_REFUSED,
                 expected=f"an answer to: {describe(asked)}",
                 actual=Received(error.abort),
-            )
-            refused.asked = asked
-            raise refused from error
+                asked=asked,
+            ) from error

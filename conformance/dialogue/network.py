@@ -254,9 +254,8 @@ class Network:
         for _ in range(round(patience / self._period) + times):
             frame = self._channel.receive_error_control(patience)
             if frame is None:
-                silent = self._sdo.breach("heartbeats, as 1017h says", "none")
-                silent.told_as = NO_HEARTBEATS
-                raise silent
+                expected = "heartbeats, as 1017h says"
+                raise self._sdo.breach(expected, "none", told_as=NO_HEARTBEATS)
             state = frame.data[0] & 0x7F
             beat = Said(f"{frame}", f"…#{state:02X}")
             told = told + 1 if state == self.state else 0

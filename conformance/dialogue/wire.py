@@ -212,9 +212,13 @@ class Wire:
             actual = NoAnswer(f"nothing within {patience * 1000:.4g} ms{self.heard_elsewhere()}")
             self.waits.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
-            found = Violation(ANSWERED, expected=expected, actual=actual, asked=self.last_sent)
-            found.asked_as = self.out_of_place
-            raise found
+            raise Violation(
+                ANSWERED,
+                expected=expected,
+                actual=actual,
+                asked=self.last_sent,
+                asked_as=self.out_of_place,
+            )
         return self.take(frame)
 
     def arrived_segments(self, behind: Response, most: int) -> list[Response]:

@@ -56,15 +56,15 @@ class Watch:
     def _boot(self, asked: Captured) -> Violation:
         request = decode_request(whole_frame(asked.frame.data))
         last = ", ".join(str(each.frame) for each in self._last)
-        booted = Violation(
+        return Violation(
             NO_REBOOT,
             expected="no boot-up message",
-            actual=Said("the device booted").remarking(
-                f"; behind {describe(request)}; the last frames: {last}"
+            actual=Said(
+                "the device booted",
+                remark=f"; behind {describe(request)}; the last frames: {last}",
             ),
+            asked=request,
         )
-        booted.asked = request
-        return booted
 
     def keep(self, causes: Causes) -> None:
         """Add that the device has booted to the causes: no case has failed for it."""

@@ -32,7 +32,7 @@ def test_of_very_many_breaches_of_a_rule_the_first_are_kept() -> None:
     record = CaseRecord(RULE)
     for _ in range(MOST_NOTED + 1):
         record.note(breach(), ASKED)
-    other = record.breach("this", "that")
+    other = Violation(RULE, expected="this", actual="that")
     record.note(other, ASKED)
     assert (len(record.minor), record.minor[-1]) == (MOST_NOTED + 1, other)
 
@@ -54,8 +54,8 @@ def test_a_refusal_is_known_by_whatever_rule_it_was_told() -> None:
     refused.asked = BlockEnd(0, 3)
     cause = record.cause_of(refused, NOTHING_SENT)
     record.causes.add(cause, "a.case", refused, aside=False)
-    own = record.breach("a download to be confirmed", told)
+    own = Violation(RULE, expected="a download to be confirmed", actual=told)
     assert record.is_known(own, BlockEnd(0, 3))
     assert not record.is_known(own, ASKED)
     other = in_words(Abort(mux, AbortCode.GENERAL_ERROR))
-    assert not record.is_known(record.breach("the same", other), BlockEnd(0, 3))
+    assert not record.is_known(Violation(RULE, expected="the same", actual=other), BlockEnd(0, 3))

@@ -225,9 +225,9 @@ class Oracle(Standing):
         expected = " or ".join(dict.fromkeys(answer.words for answer in due if answer.words))
         # A sub-block that stops in the middle was answered, but not to its end.
         rule = ANSWERED if self._asked else must(due[0].rule)
-        silent = Violation(rule, expected=expected, actual=NoAnswer())
-        silent.asked_as = AT_THE_END if self._asked and waits_for_the_end(branches) else ""
-        return silent
+        at_end = self._asked and waits_for_the_end(branches)
+        asked_as = AT_THE_END if at_end else ""
+        return Violation(rule, expected=expected, actual=NoAnswer(), asked_as=asked_as)
 
     def silence(self) -> list[Violation]:
         """Take that the client was silent for longer than a server's time-out may be."""

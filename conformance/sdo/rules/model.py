@@ -93,6 +93,7 @@ class Violation(Exception):
         expected: str,
         actual: Seen | str,
         asked: Request | None = None,
+        asked_as: str = "",
         told_as: Cause | None = None,
         is_certain: bool = False,
     ) -> None:
@@ -102,7 +103,7 @@ class Violation(Exception):
         self.expected = expected
         self.seen = Said(actual) if isinstance(actual, str) else actual
         self.asked = asked
-        self.asked_as = ""
+        self.asked_as = asked_as
         self.told_as = told_as
         self.is_certain = is_certain
 
