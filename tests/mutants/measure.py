@@ -25,7 +25,7 @@ from functools import cache
 from pathlib import Path
 
 HERE = Path(__file__).parent
-sys.path[:0] = [str(HERE.parent / each) for each in ("", "faults", "sdo/oracle")]
+sys.path[:0] = [str(HERE.parent / each) for each in ("", "faults")]
 
 from case_runs import run_cases  # noqa: E402
 from drawn import drawn  # noqa: E402

@@ -11,10 +11,10 @@ from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import chain, islice
 
-from oracle_lockstep import started
-from oracle_objects import NODE_ID, REFERENCE, TEXT, VENDOR_ID
-from oracle_rejections import remembered
-from oracle_sequences import Script, Silence, frame, left, scripts, stored
+from support.oracle_lockstep import started
+from support.oracle_objects import NODE_ID, REFERENCE, TEXT, VENDOR_ID
+from support.oracle_rejections import remembered
+from support.oracle_sequences import Script, Silence, frame, left, scripts, stored
 
 from conformance.faults.catalogue import build_node, find_deviation
 from conformance.faults.guarded import guarded

@@ -2,9 +2,9 @@
 
 import pytest
 from drawn import drawn
-from oracle_objects import NODE_ID, TEXT, VENDOR_ID
-from oracle_sequences import Script, Silence, frame, stored
 from showing import FIRST, READ, REQUEST, SECOND, START, Duet, is_guardable
+from support.oracle_objects import NODE_ID, TEXT, VENDOR_ID
+from support.oracle_sequences import Script, Silence, frame, stored
 
 from conformance.faults.catalogue import UnknownServer, build_node, find_deviation
 from conformance.faults.guards import guards

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from oracle_objects import NODE_ID
 from showing import Duet, all_scripts
+from support.oracle_objects import NODE_ID
 
 from conformance.faults.catalogue import build_node
 from conformance.faults.situation import copied

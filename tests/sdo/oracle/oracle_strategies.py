@@ -3,8 +3,8 @@
 from itertools import chain
 
 from hypothesis import strategies as st
-from oracle_objects import NODE_ID, REFERENCE, TARGETS
-from oracle_sequences import Script, Silence
+from support.oracle_objects import NODE_ID, REFERENCE, TARGETS
+from support.oracle_sequences import Script, Silence
 
 from conformance.model_cases.conversations.conversation import Kind
 from conformance.model_cases.conversations.disturbed_client import FRAMES

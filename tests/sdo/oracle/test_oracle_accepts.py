@@ -2,11 +2,17 @@
 
 import pytest
 from hypothesis import given, note, settings
-from oracle_lockstep import Lockstep, known_entries, of_the_protocol, reference_node, started
-from oracle_objects import NODE_ID
-from oracle_rejections import all_scripts
-from oracle_sequences import Script
 from oracle_strategies import SCRIPTS
+from support.oracle_lockstep import (
+    Lockstep,
+    known_entries,
+    of_the_protocol,
+    reference_node,
+    started,
+)
+from support.oracle_objects import NODE_ID
+from support.oracle_rejections import all_scripts
+from support.oracle_sequences import Script
 from support.sdo_strategies import UNHURRIED
 
 from conformance.faults.catalogue import build_node, find_deviation, unusual

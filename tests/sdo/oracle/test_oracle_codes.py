@@ -6,9 +6,9 @@ A rule may be one on several moments, and the oracle knows at which of them it i
 from collections import defaultdict
 
 import pytest
-from oracle_lockstep import Lockstep, known_entries, reference_node
-from oracle_objects import NODE_ID
-from oracle_rejections import all_scripts
+from support.oracle_lockstep import Lockstep, known_entries, reference_node
+from support.oracle_objects import NODE_ID
+from support.oracle_rejections import all_scripts
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.oracle import Oracle

@@ -1,8 +1,8 @@
 """Frames that ask for nothing: remote frames, the other identifier, requests to another node."""
 
 import pytest
-from oracle_lockstep import known_entries
-from oracle_objects import NODE_ID
+from support.oracle_lockstep import known_entries
+from support.oracle_objects import NODE_ID
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.oracle import Awaited, Oracle

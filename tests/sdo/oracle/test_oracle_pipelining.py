@@ -7,9 +7,9 @@ which a burst of requests may be meant grow with each of them, until nothing can
 import pytest
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
-from oracle_lockstep import known_entries, reference_node
 from oracle_notation import judged
-from oracle_objects import NODE_ID, TARGETS, TEXT, VENDOR_ID
+from support.oracle_lockstep import known_entries, reference_node
+from support.oracle_objects import NODE_ID, TARGETS, TEXT, VENDOR_ID
 from support.sdo_strategies import UNHURRIED
 
 from conformance.model_cases.matrix.stimuli import STIMULI

@@ -1,8 +1,8 @@
 """For every faulty server there is a script in which the oracle rejects it."""
 
 import pytest
-from oracle_lockstep import of_the_protocol
-from oracle_rejections import all_scripts, minded, rejected, remembered, search
+from support.oracle_lockstep import of_the_protocol
+from support.oracle_rejections import all_scripts, minded, rejected, remembered, search
 
 from conformance.faults.catalogue import faults
 
