@@ -22,6 +22,9 @@ class Missing(NamedTuple):
     kind: Lack
     name: str = ""
 
+    def __str__(self) -> str:
+        return f"{self.kind} {self.name}".rstrip()
+
 
 class NotTestable(Exception):
     """A case needs something that the device or its description lacks.

@@ -23,6 +23,7 @@ EXAMPLES = {
     "require(response.toggle": "conformance/sdo/oracle/segmented_upload.py",
     '"segmented-upload.toggle served"': "tests/sdo/oracle/test_oracle_exchanges.py",
 }
+PAGE = "conformance/reporting/page"
 USER = "conformance/plugin/run_description.py"
 
 
@@ -45,9 +46,9 @@ def takes_seconds(words: list[str]) -> bool:
 
 @pytest.mark.parametrize("begins", EXAMPLES)
 def test_the_example_stands_in_the_source_as_it_is_printed(begins: str) -> None:
-    (printed,) = (each for each in blocks(GUIDE) if each.startswith(begins))
+    example = printed(begins)
     source = (ROOT / EXAMPLES[begins]).read_text(encoding="utf-8")
-    assert any(f"\n{textwrap.indent(printed, ' ' * deep)}\n" in source for deep in range(0, 16, 4))
+    assert any(f"\n{textwrap.indent(example, ' ' * deep)}\n" in source for deep in range(0, 16, 4))
 
 
 @pytest.mark.parametrize("words", [*filter(takes_seconds, proof())], ids=" ".join)
@@ -67,24 +68,34 @@ def test_each_command_of_the_proof_names_what_there_is() -> None:
     assert [word for word in named if not (ROOT / word).exists()] == []
 
 
-@pytest.fixture(scope="module")
-def with_option(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a copy of the suite in which two files have the option of the guide."""
-    copy = tmp_path_factory.mktemp("copy")
+def changed(copy: Path, *additions: tuple[str, str, str]) -> Path:
+    """Copy the suite; return the copy, which has in each file the text added before another."""
     for name in ("conformance", "cases", "docs"):
         shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
-    (declared,) = (each for each in blocks(GUIDE) if each.startswith("LABEL = "))
-    (used,) = (each for each in blocks(GUIDE) if each.startswith('"label"'))
-    for name, before, added in (
-        ("conformance/device/options.py", "# All above", f"{declared}\n"),
-        (USER, "from conformance.device.options", "from conformance.device.options import LABEL"),
-        (USER, '        "seed"', f"        {used}"),
-    ):
+    for name, before, added in additions:
         path = copy / name
         text = path.read_text("utf-8")
         assert text.count(before) == 1
         path.write_text(text.replace(before, f"{added}\n{before}"), encoding="utf-8")
     return copy
+
+
+def printed(begins: str) -> str:
+    """Return the example of the guide that begins so."""
+    (found,) = (each for each in blocks(GUIDE) if each.startswith(begins))
+    return found
+
+
+@pytest.fixture(scope="module")
+def with_option(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of the suite in which two files have the option of the guide."""
+    declared, used = printed("LABEL = "), printed('"label"')
+    return changed(
+        tmp_path_factory.mktemp("copy"),
+        ("conformance/device/options.py", "# All above", f"{declared}\n"),
+        (USER, "from conformance.device.options", "from conformance.device.options import LABEL"),
+        (USER, '        "seed"', f"        {used}"),
+    )
 
 
 def python(copy: Path, *arguments: str) -> str:
@@ -133,6 +144,23 @@ def test_the_tables_in_docs_are_those_of_the_options(tmp_path: Path) -> None:
     for name in ("options.md", "device.md"):
         written = (ROOT / "docs" / name).read_text("utf-8")
         assert (tmp_path / name).read_text("utf-8") == written, "write them anew: make options"
+
+
+def test_a_section_of_the_report_takes_its_values_and_its_place(tmp_path: Path) -> None:
+    values = textwrap.indent(printed("@property\ndef to_add"), " " * 4)
+    section, _, link = printed('<section id="to-add">').partition("\n\n")
+    copy = changed(
+        tmp_path,
+        (f"{PAGE}/content.py", "    # Cases in groups\n", f"{values}\n"),
+        (f"{PAGE}/report.html.jinja", '<section id="audit">', section),
+        (f"{PAGE}/report.html.jinja", '<li><a href="#verdict">', link),
+    )
+    case = ("--self-test", "--sdo-simulated", "-k", "server-timeout and not segmented")
+    python(copy, "-m", "pytest", "-q", "-p", "no:cacheprovider", *case)
+    (page,) = (copy / "reports").glob("*/report.html")
+    text = page.read_text("utf-8")
+    assert re.search(r"<h2>To add</h2>\n<ul><li>server time-out: \d+</li></ul>", text)
+    assert link in text
 
 
 @pytest.mark.parametrize("page", ["own-tests.md"])
