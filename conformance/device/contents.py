@@ -52,10 +52,10 @@ ALLOWED = ((0, MOST_UPLOADED), (ENOUGH, 1 << 14), (1 << 32, 1 << 10))
 class Holds(Enum):
     """What an object holds.
 
-    OWN: its own value, as far as the running case has not written to it. PRESUMED: its own value,
-    if the device has done as it should: the value was written back, or the object held it when a
-    reset came, and was not read since. LEFT: another value, which a case has left in a string or
-    domain. UNKNOWN: its own value could not be put back, or was presumed and is written to.
+    OWN: its own value. PRESUMED: its own value, if the device has done as it should: the value was
+    written back, or the object held it when a reset came, and was not read since. LEFT: another
+    value, which a case has left in a string or domain. UNKNOWN: whatever the running case has
+    written, or an earlier one, behind which its own value could not be put back.
     """
 
     OWN = auto()
@@ -180,8 +180,6 @@ class Contents:
                 self._open.latest = 0
                 expedited = isinstance(request, DownloadInitiate) and request.expedited
                 self._open.is_empty = not expedited
-                if self.holds(request.mux) is Holds.PRESUMED:
-                    self._others[request.mux] = Holds.UNKNOWN
                 if request.mux.index in COMMANDS and request.mux.sub_index:
                     self.brought_back.clear()
                     self.stored = None
@@ -189,7 +187,10 @@ class Contents:
     def will_change(self, mux: Multiplexer, value: bytes | None = None) -> None:
         """Note, before it is done, that an object may be changed that holds its own ``value``."""
         value = self.kept(mux) if value is None else value
-        if value is None or mux in self.outstanding:
+        if value is None:
+            return
+        self.lose(mux)
+        if mux in self.outstanding:
             return
         known = self.known.get(mux)
         data_type = None if known is None else known.data_type
@@ -203,23 +204,16 @@ class Contents:
             self.taken.add(mux)
             self.tell({"record": TAKEN, "object": str(mux)})
 
-    def reset(
-        self, command: NmtCommand, muxes: Iterable[Multiplexer], written: Iterable[Multiplexer]
-    ) -> set[Multiplexer]:
-        """Note that a reset will change objects, perhaps; return these.
-
-        It changes those that hold something else than it brings back: what cases have left, and
-        what the running one has ``written``.
-        """
+    def reset(self, command: NmtCommand, muxes: Iterable[Multiplexer]) -> set[Multiplexer]:
+        """Note that a reset may change objects; return these: not what the next one brings back."""
         brought_back = self.brought_back[command]
         changed = set(muxes) - brought_back
+        presumed = {mux for mux in changed if self.holds(mux) in (Holds.OWN, Holds.PRESUMED)}
+        presumed |= brought_back & self.left()
         for mux in changed:
             self.is_used = True
             self.will_change(mux)
-        for mux in changed.difference(self._others, written):
-            self._others[mux] = Holds.PRESUMED
-        for mux in brought_back & self.left():
-            self._others[mux] = Holds.PRESUMED
+        self._others |= dict.fromkeys(presumed, Holds.PRESUMED)
         return changed
 
     def leave(self, mux: Multiplexer) -> None:
@@ -232,12 +226,12 @@ class Contents:
         self._others[mux] = Holds.PRESUMED
 
     def lose(self, mux: Multiplexer) -> None:
-        """Take that an object does not hold its own value, unless that was known."""
+        """Take that an object may hold anything, unless a case has left another value there."""
         if self.holds(mux) is not Holds.LEFT:
             self._others[mux] = Holds.UNKNOWN
 
     def settle(self, mux: Multiplexer) -> None:
-        """Take that an object holds its own value again: it is verified when the case is over."""
+        """Take that an object holds its own value again, as it was written back."""
         self._others.pop(mux, None)
 
     def is_back(self, mux: Multiplexer, value: bytes) -> None:

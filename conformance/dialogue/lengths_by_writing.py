@@ -171,6 +171,7 @@ class Room:
         """Write the value that an object had before the run."""
         value = self._device.values[known.mux]
         self.store(known, value)
+        self._device.contents.settle(known.mux)
         self._device.learned.lengths[known.mux].taken.add(len(value))
 
     def has(self, known: KnownObject, size: int) -> bool:

@@ -153,7 +153,7 @@ class Network:
             for known in self._device.resettable()
             if everything or known.mux.index in COMMUNICATION_AREA
         ]
-        reset = self._device.contents.reset(command, muxes, self._sdo.record.written)
+        reset = self._device.contents.reset(command, muxes)
         self._sdo.record.written |= reset
         self._sdo.record.reset |= dict.fromkeys(reset, command)
 

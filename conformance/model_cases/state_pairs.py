@@ -173,10 +173,7 @@ class _Client:
         """Take the ``objects`` that the transfers are about."""
         self.sdo = sdo
         device = sdo.device
-        self._held = {
-            known.mux: None if known.mux in sdo.record.written else device.contents.value(known.mux)
-            for known in objects
-        }
+        self._held = {known.mux: device.contents.value(known.mux) for known in objects}
         surely = {mux: device.learned.lengths[mux].surely for mux in self._held}
         capacity = {mux: size for mux, size in surely.items() if size is not None}
         self.lockstep = Lockstep(sdo, Oracle(knowledge_of(device, capacity), device.node_id))

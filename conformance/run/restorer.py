@@ -201,6 +201,7 @@ class Restorer:
             held = found[mux] or b""
             is_short = 0 < len(held) <= SHORT_VALUE < len(value)
             if self._takes(sdo, mux, held) if is_short else self._stands_in(sdo, mux, value):
+                self.device.contents.leave(mux)
                 again.add(mux)
         return again
 

@@ -51,7 +51,6 @@ def perform_stimulus(
             if not _has_changed_unasked(sdo, known, breach):
                 raise
             Room(sdo).restore_own(known)
-            sdo.device.contents.settle(known.mux)
             lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
         lockstep.send(stimulus(targets), point=True)
         # What a server keeps of data that are not due it may store when it is aborted.
