@@ -33,7 +33,7 @@ SECTIONS = {
     "Develop": "architecture contributing changelog",
 }
 # The text of a link may be a picture, then it is left out.
-LINK = re.compile(r"(\[[^\[\]]*)?\]\(([^)#:]+)(#[^)]*)?\)")
+LINK = re.compile(r"(\[[^\[\]]*)?\]\(([^)#:\s]+)(#[^)]*)?\)")
 
 
 def write_pages(folder: Path) -> None:

@@ -297,7 +297,7 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
         return False
     except Violation as error:
         # A device that answers badly here is tested all the same.
-        unread[known.mux] = Unread(Reason.BREACH, str(error))
+        unread[known.mux] = Unread(Reason.BREACH, str(error), came=error.actual)
         learn_refusal(reading.sdo, known.mux)
         early = reading.sdo.record.early.met is not None
         error.asked = error.asked or reading.sdo.wire.last_sent

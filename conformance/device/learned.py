@@ -88,12 +88,14 @@ class Unread:
 
     It was ``REFUSED``, or came with fewer bytes than its type has; its upload was a ``BREACH``; it
     is ``TOO_LONG`` to be read to its end; or ``PASSED_OVER``, as the device has very many.
-    ``missing`` is what the user may add to have it read.
+    ``missing`` is what the user may add to have it read; ``came`` is the answer in words where that
+    is not all of ``why``.
     """
 
     reason: Reason
     why: str = ""
     missing: Missing | None = None
+    came: str = ""
 
 
 @dataclass(slots=True)

@@ -76,6 +76,6 @@ def differences(device: Device) -> list[str]:
         known = device.known.get(mux)
         if known is None or is_error_place(mux) or device.learned.is_unread(mux, Reason.TOO_LONG):
             continue  # a place of the error list may be empty
-        _, _, answer = why.rpartition("; got ")
-        said.append(f"{known.title} is in the EDS, but could not be read: {answer}")
+        came = device.learned.unread[mux].came or why
+        said.append(f"{known.title} is in the EDS, but could not be read: {came}")
     return said
