@@ -1,1 +1,1 @@
-"""What is known of the device under test, and what may be done to it."""
+"""The device under test, as far as it is known, and the permitted writes."""

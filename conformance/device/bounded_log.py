@@ -1,4 +1,4 @@
-"""The file that takes what a device's program writes: its beginning and its end, however much."""
+"""The file for the output of a device's program: its beginning and its end, of any length."""
 
 import os
 import threading
@@ -10,7 +10,7 @@ from pathlib import Path
 # The bytes of a log, and of its beginning, which stays.
 MOST, BEGINNING = 10_000_000, 1_000_000
 LEFT_OUT = b"\n[the output was too long: a part of it is left out here]\n"
-# What is read at once, in bytes.
+# Bytes of one read.
 CHUNK = 1 << 16
 # How many seconds the output of a program that has ended may take to be there.
 SETTLING = 1.0
@@ -38,7 +38,7 @@ class BoundedLog:
             os.close(output)
 
     def settle(self) -> None:
-        """Wait until the output is there of a program that has ended; what it started may go on."""
+        """Wait for the output of a program that has ended; programs that it started may go on."""
         if self._latest is not None:
             self._latest.join(SETTLING)
 

@@ -1,4 +1,4 @@
-"""The lines of the journal: what a run changes of a device, and what is back."""
+"""The lines of the journal: the values that a run changes, and those that are back."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -22,9 +22,9 @@ def untold(record: dict[str, Any]) -> None:
 
 @dataclass(slots=True)
 class LeftBehind:
-    """What a run has left changed on one node, as its journal tells.
+    """The values that a run has left changed on one node, from its journal.
 
-    ``channel`` is the SDO channel as on the command line, ``identity`` what 1018h said.
+    ``channel`` is the SDO channel as on the command line, ``identity`` the values of 1018h.
     """
 
     journal: Path
@@ -70,6 +70,6 @@ class LeftBehind:
 
 
 def parse_multiplexer(text: str) -> Multiplexer:
-    """Read what ``str`` writes of a multiplexer, as ``2004h:00``; raises ValueError."""
+    """Read a multiplexer as ``str`` writes it, ``2004h:00``; raises ValueError."""
     index, _, sub_index = text.partition("h:")
     return Multiplexer(int(index, 16), int(sub_index, 16))

@@ -1,4 +1,4 @@
-"""What an EDS lists of a device: objects, their entries, and what is said of each (CiA 306-1)."""
+"""The list of an EDS: objects, their entries, and the properties of each (CiA 306-1)."""
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -31,9 +31,9 @@ class ObjectType(IntEnum):
 class ListedObject:
     """One index: its entries by sub-index. A type code of None is not stated.
 
-    The sub-indices that are ``unclear`` are there, and no case is about them: what a file says of
-    them cannot be read, or contradicts itself. Of an unclear sub-index 0 the highest sub-index is
-    meant, of FFh the type of the object.
+    The ``unclear`` sub-indices exist, and no case is about them: the file describes them in a way
+    that cannot be read, or contradicts itself. An unclear sub-index 0 stands for the highest
+    sub-index, FFh for the type of the object.
     """
 
     index: int
@@ -65,10 +65,10 @@ class ListedObject:
 class Listing:
     """All that is known of the objects of a device before anything was asked.
 
-    ``is_complete`` says that what is not listed is not there: an EDS lists everything. The
-    ``identity`` is what an EDS says of the device, by sub-index of 1018h. Where the user asked
-    for it, the device is ``to_scan``: all indices are read, listed or not. ``revision`` is what the
-    EDS says of its own version.
+    ``is_complete`` says that an object that is not listed does not exist: an EDS lists everything.
+    The ``identity`` of the device in the EDS is by sub-index of 1018h. If the user asked for it,
+    the device is ``to_scan``: all indices are read, listed or not. ``revision`` is the version of
+    the EDS itself.
     """
 
     objects: Mapping[int, ListedObject] = field(default_factory=dict)
@@ -93,7 +93,7 @@ class Listing:
 
 
 def mandatory_and(named: Iterable[KnownObject]) -> Listing:
-    """Return what is known without an EDS: the objects of every device, and what the user named."""
+    """Return the listing without an EDS: the objects of every device, and those of the user."""
     by_index: defaultdict[int, dict[int, KnownObject]] = defaultdict(dict)
     for known in (*MANDATORY, *named):
         if known.data_type is not None:

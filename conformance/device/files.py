@@ -1,10 +1,10 @@
-"""The files that describe a device: how they are read, and what is said of a bad one."""
+"""The files that describe a device: how they are read, and errors with their line."""
 
 from pathlib import Path
 
 
 class FileError(ValueError):
-    """A file that cannot be used; the text names the file, the line and what to try."""
+    """A file that cannot be used; the text names the file, the line and a remedy."""
 
     def __init__(self, path: Path, line: int | None, sentence: str) -> None:
         """``line`` counts from 1; None stands for the file as a whole."""

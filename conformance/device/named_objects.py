@@ -18,11 +18,11 @@ class NamedObject:
 
     @classmethod
     def parse(cls, text: str) -> "NamedObject":
-        """Read what ``parse_object`` reads; raises ObjectNameError."""
+        """Read a name, as ``parse_object`` does; raises ObjectNameError."""
         return cls(parse_object(text), ":" not in text and "=" not in text)
 
     def entries(self, listing: Listing) -> list[KnownObject]:
-        """Return the entries that are meant, by what is listed of a device."""
+        """Return the entries of the object, by the listing of a device."""
         listed = listing.objects.get(self.known.mux.index)
         if not self.is_whole or listed is None or not listed.is_structured:
             return [self.known]

@@ -1,4 +1,4 @@
-"""What keeps a case from being run on a device: no case fails because of it."""
+"""The reasons why a case cannot be run on a device: no case fails because of them."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -17,7 +17,7 @@ class Lack(StrEnum):
 
 
 class Missing(NamedTuple):
-    """What a user may add: its kind, and of an object or a permission the name."""
+    """A thing that a user may add: its kind, and of an object or a permission the name."""
 
     kind: Lack
     name: str = ""
@@ -29,11 +29,11 @@ class Missing(NamedTuple):
 class NotTestable(Exception):
     """A case needs something that the device or its description lacks.
 
-    The text is for people; ``missing`` is what the user may add, if there is such a thing.
+    The text is for people; ``missing`` is the thing that a user may add, or None.
     """
 
     def __init__(self, words: str, missing: Missing | None = None) -> None:
-        """Say in words what is needed."""
+        """Take the need, in words."""
         super().__init__(words)
         self.missing = missing
 

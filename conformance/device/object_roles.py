@@ -49,9 +49,9 @@ class Roles:
     def variable(self, size: int = THREE_SEGMENTS) -> KnownObject:
         """Return a writable string or domain for values of ``size`` bytes, or of a few segments.
 
-        If possible it is one whose bytes count to the last 00h. One that was found to be shorter
-        comes last, and before it what is much longer: what always reads so costs its whole length
-        with each value, and of others their own is put back.
+        If possible its bytes count to the last 00h. An object that was found to be shorter comes
+        last, and a much longer one before it: if it always reads so, it costs its whole length with
+        each value; if not, its own long value is put back.
         """
         found = self.all_writable(_takes_any_bytes)
         for known in sorted(found, key=partial(self._last_for_transfers, size=size)):
@@ -163,7 +163,7 @@ class Roles:
     def two_writable(self) -> tuple[KnownObject, KnownObject]:
         """Return two objects that may be written and were read, strings and domains first.
 
-        What always has a long value comes last.
+        Objects whose value is always long come last.
         """
         found = sorted(
             self.all_writable(), key=lambda known: (self.is_long(known), not known.varies)
@@ -193,7 +193,7 @@ class Roles:
         return lacking(self.device, what, example, *fits)
 
     def _refused_by_state(self, fits: Iterable[Fits]) -> Refused | None:
-        """Return what the device refuses of an object that would do."""
+        """Return the refusal of an object that would do otherwise."""
         for known in self.device.objects:
             if any(each(known) for each in fits) and self.device.policy.permits(known.mux):
                 for service in Service:
@@ -202,9 +202,9 @@ class Roles:
         return None
 
     def all_writable(self, fits: Fits = lambda _: True) -> list[KnownObject]:
-        """Return what ``fits``, may be written and was read; what has limits last.
+        """Return the objects that ``fits`` takes, may be written and were read; limited ones last.
 
-        Not what a permission alone lets be written: it does more than to keep a value.
+        An object that only a permission makes writable is left out: it does more than keep a value.
         """
         found = [
             known
@@ -220,7 +220,7 @@ class Roles:
         return sorted(found, key=lambda known: known.is_limited)
 
     def shortest_readable(self) -> Multiplexer:
-        """Return what reads with the fewest bytes, always the same: leaks would show there."""
+        """Return the object with the shortest steady value: leaks would show there."""
         readable = self.device.steady()
         if not readable:
             raise self._lacking(

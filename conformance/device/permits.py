@@ -1,4 +1,4 @@
-"""What may be written to a device, and what to add where something may not."""
+"""The objects of a device that may be written, and the options that permit others."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ PURPOSES = {
     LOAD_DEFAULTS: "to let the device load its defaults (1011h)",
 }
 CONSTANT = (0x1000, 0x1018)
-# Where the objects of the device and of its profile are; what is below is communication.
+# The objects of the device and of its profile; communication parameters are below.
 FIRST_OF_DEVICE, LAST_OF_DEVICE = 0x2000, 0x9FFF
 
 
@@ -37,7 +37,7 @@ class NotPermitted(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Permits:
-    """What the user allows: named objects, all that an EDS calls rw, or permissions by name.
+    """The permits of the user: named objects, all rw objects of an EDS, or permissions by name.
 
     ``at_defaults`` says that the defaults of the device were loaded before the run; ``effort``,
     how much of it the user wants to spend.
@@ -73,7 +73,7 @@ class Permits:
             raise _protected(group)
 
     def refusal(self, known: KnownObject) -> NotTestable | None:
-        """Say why an entry may not be written and what to add; None when it may."""
+        """Say why an entry may not be written, and which option permits it; None if it may."""
         if known.mux in self.never:
             return NotTestable(f"device.toml says that {known.mux} is never written")
         if any(known.mux == one.mux and one.access.writable for one in self.named):
@@ -136,7 +136,7 @@ def _protected(group: Protected) -> NotTestable:
 
 
 def known_objects(named: Iterable[KnownObject], listing: Listing) -> list[KnownObject]:
-    """Return what the user named, with what the listing says of it, and then all that it lists."""
+    """Return the objects of the user, with their properties in the listing, then all it lists."""
     found: dict[Multiplexer, KnownObject] = {}
     for known in named:
         found[known.mux] = _completed(known, listing.find(known.mux))

@@ -63,7 +63,7 @@ class DeviceProcess:
     """A device's program: started, stopped, its output kept in a file. A context manager."""
 
     def __init__(self, settings: ProcessSettings, log: Path) -> None:
-        """``log`` takes what the program and the command to recover write."""
+        """``log`` takes the output of the program and of the command to recover."""
         self._settings = settings
         self._log = BoundedLog(log)
         self._process: subprocess.Popen[bytes] | None = None
@@ -109,7 +109,7 @@ class DeviceProcess:
             ) from error
 
     def stop(self) -> None:
-        """Ask the program and what it has started to end, and end it if it does not."""
+        """Ask the program and its children to end, and end them if they do not."""
         process, self._process = self._process, None
         if process is None:
             return
@@ -166,7 +166,7 @@ class DeviceProcess:
         return f"The device's program has ended with exit status {status}"
 
     def tail(self) -> list[str]:
-        """Return the last lines that were written; what would steer a terminal stands as text."""
+        """Return the last lines of the output; control characters stand as text."""
         try:
             with self._log.path.open("rb") as log:
                 log.seek(max(0, self._log.path.stat().st_size - _TAIL_BYTES))

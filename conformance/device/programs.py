@@ -1,7 +1,7 @@
 """A program with all that it starts: its words, how it is kept apart from this process, its end.
 
-On POSIX it is a session of its own: a signal reaches its whole group, also what has lost its
-parent. Windows only asks a group to end; there ``taskkill`` ends a program and what it has started.
+On POSIX it is a session of its own: a signal reaches its whole group, with orphans. Windows only
+asks a group to end; there ``taskkill`` ends a program and its children.
 """
 
 import os
@@ -18,7 +18,7 @@ END_LIMIT = 5.0
 LOOK = 0.02
 
 if sys.platform == "win32":
-    # What Popen takes, beside start_new_session, to keep a program from the Ctrl-C of a terminal.
+    # An argument of Popen that keeps a program from the Ctrl-C of a terminal.
     APART = subprocess.CREATE_NEW_PROCESS_GROUP
     _GUARD = """
 import subprocess, sys
@@ -28,7 +28,7 @@ if told:
 """
 
     def words(command: str) -> list[str]:
-        """Return the words of a command; backslashes are those of paths. Raises ValueError."""
+        """Return the words of a command; backslashes belong to paths. Raises ValueError."""
         parts = shlex.split(command, posix=False)
         return [part[1:-1] if part[:1] == part[-1:] == '"' else part for part in parts]
 
@@ -43,7 +43,7 @@ if told:
         subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - of the system
 
     def is_gone(group: int) -> bool:
-        """Say whether nothing is left of a program that has ended: nobody tells that here."""
+        """Say whether nothing is left of a program that has ended: Windows does not say it."""
         del group
         return True
 
@@ -68,7 +68,7 @@ os.killpg(group, signal.SIGKILL)
         return shlex.split(command)
 
     def ask_to_end(group: int) -> None:
-        """Ask a program and what it has started to end; the number is that of its process."""
+        """Ask a program and its children to end; the number is that of its process."""
         with suppress(ProcessLookupError):
             os.killpg(group, signal.SIGTERM)
 
@@ -78,7 +78,7 @@ os.killpg(group, signal.SIGKILL)
             os.killpg(group, signal.SIGKILL)
 
     def is_gone(group: int) -> bool:
-        """Say whether a program that has ended has left nothing running of what it started."""
+        """Say whether no child of a program that has ended is running."""
         try:
             os.killpg(group, 0)
         except ProcessLookupError:
@@ -100,10 +100,10 @@ def wait_gone(group: int, seconds: float) -> bool:
 
 
 def guard() -> subprocess.Popen[bytes] | None:
-    """Start what ends a program when this process is gone, however that has ended.
+    """Start a guard that ends a program when this process is gone, in any way.
 
     It reads the number of the program, see ``tell``, from a pipe that ends with this process. None
-    where no process can be started; what it is for needs none then.
+    if no process can be started: then there is no program to guard either.
     """
     try:
         return subprocess.Popen(  # noqa: S603 - it is our own

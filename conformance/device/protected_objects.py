@@ -1,4 +1,4 @@
-"""Objects that change what a device is, not what it does: never written without a permission.
+"""Objects that configure a device or its communication: never written without a permission.
 
 Writing them may store parameters, move the node to other COB-IDs, replace its program or let it
 start others. Each group of them has a permission of its own, in ``[permissions]`` of device.toml or
@@ -79,7 +79,7 @@ def protection(index: int, permissions: frozenset[str]) -> Protected | None:
 
 
 def how_to_permit(group: Protected) -> str:
-    """Say what permits to write a protected object."""
+    """Name the option that permits to write a protected object."""
     return (
         f"a permission is needed to write {group.what}: --sdo-allow={group.permission}, or "
         f"[permissions] {group.permission} = true in device.toml"

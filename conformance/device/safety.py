@@ -1,6 +1,4 @@
-"""What may be done: writes to what the user named, probes that a device has to refuse, and what
-was permitted by name.
-"""
+"""The write policy: named objects, permissions, and probes that a device has to refuse."""
 
 from collections.abc import Iterable
 
@@ -41,7 +39,7 @@ class WritePolicy:
         writable: Iterable[Multiplexer],
         permissions: frozenset[str] = NO_PERMISSIONS,
     ) -> None:
-        """Take what the user named and permitted."""
+        """Take the named objects and the permissions of the user."""
         self._writable = frozenset(writable)
         self._permissions = permissions
         self._missing: set[Multiplexer] = set()

@@ -1,7 +1,8 @@
-"""What a device serves in which state: a refusal by its state is a fact about it, and no breach.
+"""The services of a device by its state: a refusal by state is a fact about it, and no breach.
 
-CiA 301 lets an application refuse what it would serve at another time (08000020h to 08000022h):
-all downloads in Operational, or all objects of the manufacturer until a password was written.
+CiA 301 lets an application refuse a request that it would serve at another time (08000020h to
+08000022h): all downloads in Operational, or all objects of the manufacturer until a password was
+written.
 """
 
 from collections import defaultdict
@@ -32,14 +33,14 @@ STATE_NAMES = {
 
 
 class Service(StrEnum):
-    """What a client asks of an object."""
+    """A service for an object."""
 
     UPLOAD = "upload"
     DOWNLOAD = "download"
 
 
 def service_of(request: Request) -> Service | None:
-    """Return the service that a request begins, None for one that begins none."""
+    """Return the service that a request begins, None if it begins none."""
     match request:
         case UploadInitiate() | BlockUploadInitiate():
             return Service.UPLOAD
@@ -71,10 +72,10 @@ class Refused:
 
 @dataclass(slots=True)
 class Serving:
-    """What a device was seen to refuse by its state, and to serve.
+    """The services that a device was seen to refuse by its state, and to serve.
 
-    ``home`` is the NMT state to which cases come back, None where any will do. ``state`` is the
-    one that the device was asked to enter last, None before that. Downloads were ``tried`` in some.
+    ``home`` is the NMT state to which cases come back, None if any will do. ``state`` is the state
+    that the device was asked to enter last, None before that. Downloads were ``tried`` in some.
     """
 
     home: NmtState | None = None
@@ -102,7 +103,7 @@ class Serving:
             self._refused[refused].discard(mux)
 
     def _here(self, service: Service) -> list[Refused]:
-        """Return what the device refuses of a service in the present state."""
+        """Return the refusals of a service in the present state."""
         here = service, self.state
         return [refused for refused in self.facts if (refused.service, refused.state) == here]
 
@@ -111,9 +112,9 @@ class Serving:
         return set[Multiplexer]().union(*(self._refused[one] for one in self._here(service)))
 
     def enter(self, state: NmtState) -> None:
-        """Take that the device was asked to enter a state, and what it was found in is no matter.
+        """Take that the device was asked to enter a state; the state in which it was found is over.
 
-        What was seen of that is seen again in the states that have a name.
+        Refusals in that state will be seen again in the states that have a name.
         """
         self.state = state
         for refused in self.facts:
@@ -122,7 +123,7 @@ class Serving:
 
     @property
     def facts(self) -> list[Refused]:
-        """What the device refuses, in the order in which that was found."""
+        """The refusals of the device, in the order in which they were found."""
         return [refused for refused, objects in self._refused.items() if objects]
 
     def objects_of(self, refused: Refused) -> set[Multiplexer]:
@@ -134,11 +135,11 @@ class Serving:
         return sum(len(served) for (_, where), served in self._served.items() if where is state)
 
     def refusal(self, service: Service, mux: Multiplexer) -> Refused | None:
-        """Return what was seen to be refused of an object in the present state."""
+        """Return the refusal of an object that was seen in the present state."""
         return next((one for one in self._here(service) if mux in self._refused[one]), None)
 
     def excuse(self, service: Service, mux: Multiplexer, code: int) -> Refused | None:
-        """Return what explains that an object was refused with a code, tried before or not."""
+        """Return the refusal that explains a code for an object, tried before or not."""
         alike = (one for one in self._here(service) if one.code == code)
         return next((one for one in alike if self._is_among(one, mux)), None)
 
@@ -160,7 +161,7 @@ class Serving:
         return below in indices or above in indices
 
     def way_out(self, refused: Refused, permissions: Iterable[str]) -> NotTestable:
-        """Say what a device refuses, and what the user may do about it."""
+        """Name a refusal, and the remedy of the user."""
         if refused.state is None and NMT not in permissions:
             return NotTestable(
                 f"{refused}: if it serves them in another NMT state, let the suite try that with "

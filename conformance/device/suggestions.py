@@ -1,4 +1,4 @@
-"""What a user may add where a case lacks an object: one of this device, as far as that is known."""
+"""Suggestions where a case lacks an object: one of this device, as far as it is known."""
 
 from collections.abc import Callable
 
@@ -11,10 +11,10 @@ Fits = Callable[[KnownObject], bool]
 
 
 def lacking(device: Device, what: str, example: str, *fits: Fits) -> NotTestable:
-    """Build what is said where no object ``fits``: ``what`` is needed, ``example`` names one.
+    """Build the exception for a case without an object that ``fits``; ``example`` names one.
 
-    With an EDS it names an object of the device, one that fits in the first way if it can, and none
-    that may do harm when it is written.
+    With an EDS it names an object of the device, by the first of ``fits`` if possible, and never
+    an object that may do harm when it is written.
     """
     if not device.listing.is_complete:
         return NotTestable(
@@ -39,7 +39,7 @@ def lacking(device: Device, what: str, example: str, *fits: Fits) -> NotTestable
 
 
 def _fitting(device: Device, fits: Fits) -> list[KnownObject]:
-    """Return what would fit if the user named it: first what is likely to do no harm."""
+    """Return objects that would fit if the user named them, the most harmless first."""
     found = [
         known
         for known in device.listing.entries

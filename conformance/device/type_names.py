@@ -6,9 +6,9 @@ from conformance.sdo.nearest import did_you_mean
 from conformance.sdo.objects import DataType
 
 _CODE = re.compile(r"0x([0-9a-f]{1,4})|([0-9a-f]{1,4})h|(00[0-9a-f]{2})")
-# What is left of "uint8", "uint8_t" and "u8" for an UNSIGNED8, and of "int8" and "i8".
+# The rest of "uint8", "uint8_t" and "u8" for an UNSIGNED8, and of "int8" and "i8".
 _SIZED = re.compile(r"(?:(?P<unsigned>uint|u)|(?P<signed>sint|int|i|s))(?P<bits>\d{1,2})t?")
-# The rest of what C, Python, IEC 61131-3 and the tools of the field say.
+# Other names of C, Python, IEC 61131-3 and the tools of the field.
 _ALIASES = {
     "bool": DataType.BOOLEAN,
     "byte": DataType.UNSIGNED8,
