@@ -66,8 +66,10 @@ def expect_there(sdo: Dialogue, indices: range, due: Iterable[int]) -> Records:
     found = records(sdo, near(indices, due))
     changed = sorted(set(found) ^ set(due))
     if changed:
-        before, now = ("missing", "there") if changed[0] in found else ("there", "missing")
-        raise sdo.breach(f"{changed[0]:04X}h {before}, as before the reset", f"it is {now}")
+        before, now = (
+            ("missing", "it is there") if changed[0] in found else ("there", "it is missing")
+        )
+        raise sdo.breach(f"{changed[0]:04X}h {before}, as before the reset", now)
     return found
 
 

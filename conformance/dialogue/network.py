@@ -176,7 +176,7 @@ class Network:
         expected = "a boot-up message: 00h"
         self._sdo.note(
             Violation(
-                NMT_INITIALISING, expected=expected, actual=f"{odd}", told_as=BOOTED_AS_HEARTBEAT
+                NMT_INITIALISING, expected=expected, actual=str(odd), told_as=BOOTED_AS_HEARTBEAT
             )
         )
 
