@@ -6,17 +6,17 @@ answer is due, and which data a download has brought. The oracle follows for its
 judges, and shares nothing with what it judges.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from conformance.sdo.decoding import (
     as_answer,
-    decode_request,
     decode_response,
     decode_segment,
     is_abort,
-    is_answer,
-    is_plain,
-    is_refusal,
 )
 from conformance.sdo.describe import hex_bytes
+from conformance.sdo.frame_reader import FrameReader
 from conformance.sdo.frames import (
     INITIATES,
     Abort,
@@ -58,10 +58,11 @@ CONTINUES: dict[type, tuple[type, ...]] = {
     Unknown: (),
 }
 OTHER_INITIATES = UploadInitiateResponse, DownloadInitiateResponse, BlockDownloadInitiateResponse
+Initiated = UploadInitiateResponse | BlockDownloadInitiateResponse | BlockUploadInitiateResponse
+# They end whatever transfer runs.
+ENDINGS = (Abort, BlockEndResponse)
 # A server may answer them with many segments, whether it has to or not.
 ASKS_FOR_SEGMENTS = (BlockUploadStart, BlockAck)
-# The multiplexer of an abort that knows of no transfer.
-NO_OBJECT = Multiplexer(0)
 
 
 class Line:
@@ -96,21 +97,13 @@ class Line:
         self.may_send_segments = False
         self.is_out_of_place = False
         self.misplaced: set[tuple[type[Request], bool]] = set()
+        self._reader = FrameReader()
         # Whether the client has sent an abort since the latest response.
         self._gave_up = False
         # The download that in_flight is of, until it ends: the toggle bit or the sequence number
         # that is due, the bytes in sub-blocks before, and whether the last segment was sent.
         self._download: Multiplexer | None = None
         self._toggle, self._due, self._acknowledged, self._brought_all = 0, 1, 0, False
-        # Who sends segments of a block now; whether the server may, though none were asked for.
-        self._client_sends_segments = self._server_sends_segments = self._is_uploaded = False
-        # The sub-block: its latest segment; whether the very last was sent, and acknowledged.
-        self._last_sequence, self._last_marked = 0, False
-        self._ended = self._acknowledges_last = False
-        self._last_segment = b""
-        # The objects of the latest initiate, and of the latest block upload.
-        self._named: Multiplexer | None = None
-        self._uploaded: Multiplexer | None = None
         # The sub-block of an upload: how many segments were asked for, and which is due; the
         # numbers behind the sub-block and behind the very last segment, 0 where none is behind it.
         self._block_size = self._next = self._beyond = self._behind_last = 0
@@ -125,51 +118,51 @@ class Line:
         ``built`` is the message that the frame was made of: it need not be read again where these
         bytes stand for it.
         """
-        request = self.asked = self._read_request(frame, built)
-        self.owed = not is_abort(frame)
-        if isinstance(request, BlockSegment):
-            self._follow_segment(request)
+        request = self.asked = self._reader.request(frame, built)
+        self.owed = True
+        if isinstance(request, BlockSegment):  # thousands, which end nothing
+            self.is_out_of_place, self._superseded = False, True
+            self.unacknowledged += 1
+            self._take_segment(request)
             return request
-        before = CONTINUES.get(type(request)) if len(frame) == FRAME_LENGTH else None
-        continues = self.open is not None and isinstance(self.answered, before or ())
-        self.is_out_of_place = before is not None and not continues
-        if self.is_out_of_place and isinstance(request, ASKS_FOR_SEGMENTS):
-            self.misplaced.add((type(request), self.open is not None))
+        kind = type(request)
+        before = CONTINUES.get(kind)
+        self.is_out_of_place = before is not None and self._is_out_of_place(before, frame)
+        if self.is_out_of_place and kind in ASKS_FOR_SEGMENTS:
+            self.misplaced.add((kind, self.open is not None))
         self.unacknowledged = 0
-        self._follow_request(request)
+        self._superseded |= kind is not BlockAck
+        if kind in _REQUESTS:
+            _REQUESTS[kind](self, request)
         return request
 
-    def _follow_request(self, request: Request) -> None:
-        goes_on = isinstance(request, BlockAck) and request.sequence + 1 >= self._behind_last
-        self._superseded |= not goes_on
-        match request:
-            case Abort():
-                self.owed, self._gave_up = False, True
-                self.open = self._download = None
-            case BlockEndResponse():
-                self.owed = self.open is None
-                self.open = None
-            case DownloadInitiate(expedited=False) | BlockDownloadInitiate():
-                self._download, self.in_flight = request.mux, bytearray()
-                self._toggle, self._due, self._acknowledged, self._brought_all = 0, 1, 0, False
-            case DownloadSegment(toggle=toggle) if toggle == self._toggle:
-                if self._download is not None:
-                    self.in_flight += request.payload
-                self._toggle ^= 1
-                self._brought_all = request.last
-            case BlockUploadInitiate():
-                self._block_size = request.block_size
-                self._next = self._beyond = 0
-            case BlockUploadStart() if self._block_size:
-                self._next, self._resumed = 1, False
-            case BlockAck() if self._block_size:
-                # A server that does not begin to count again sends such numbers as well.
-                self._block_size, self._next, self._resumed = request.block_size, 1, True
+    def _is_out_of_place(self, before: tuple[type, ...], frame: bytes) -> bool:
+        if len(frame) != FRAME_LENGTH:
+            self.owed = not is_abort(frame)
+            return False
+        return self.open is None or not isinstance(self.answered, before)
 
-    def _follow_segment(self, segment: BlockSegment) -> None:
-        """Take the short way: thousands of segments come, and end nothing."""
-        self.unacknowledged += 1
-        self.is_out_of_place, self._superseded = False, True
+    def _abort(self, _: Abort) -> None:
+        self.owed, self._gave_up = False, True
+        self.open = self._download = None
+
+    def _confirm_end(self, _: BlockEndResponse) -> None:
+        self.owed = self.open is None
+        self.open = None
+
+    def _begin_download(self, request: DownloadInitiate | BlockDownloadInitiate) -> None:
+        if isinstance(request, BlockDownloadInitiate) or not request.expedited:
+            self._download, self.in_flight = request.mux, bytearray()
+            self._toggle, self._due, self._acknowledged, self._brought_all = 0, 1, 0, False
+
+    def _download_segment(self, segment: DownloadSegment) -> None:
+        if segment.toggle == self._toggle:
+            if self._download is not None:
+                self.in_flight += segment.payload
+            self._toggle ^= 1
+            self._brought_all = segment.last
+
+    def _take_segment(self, segment: BlockSegment) -> None:
         if segment.sequence == self._due:
             if self._download is not None:
                 at = self._acknowledged + SEGMENT_LENGTH * (self._due - 1)
@@ -178,46 +171,40 @@ class Line:
         elif segment.sequence > self._due:
             self._due = 0  # behind a gap nothing is taken before it is sent again
 
-    def _read_request(self, frame: bytes, built: Message | None) -> Request:
-        message: Request
-        if not self._client_sends_segments:
-            message = built if built is not None and is_plain(built) else decode_request(frame)
-            if self._last_segment and frame == self._last_segment:
-                return BlockSegment.decode(frame)
-        elif self._is_end(frame):
-            return BlockEnd.decode(frame)
-        elif isinstance(built, BlockSegment) and built.sequence:
-            message = built
-        else:
-            message = decode_segment(frame)
-        self._follow_sub_block(message)
-        if isinstance(message, BlockSegment):
-            self._last_segment = frame if message.last else self._last_segment
-            return message
-        self._last_segment = b""
-        if isinstance(message, INITIATES):
-            self._named = message.mux
-            if isinstance(message, BlockUploadInitiate):
-                self._uploaded = message.mux
-        elif isinstance(message, BlockUploadStart):
-            self._server_sends_segments = True
-        elif isinstance(message, BlockAck):
-            self._server_sends_segments &= not self._acknowledges_last
-        return message
+    def _begin_block_upload(self, request: BlockUploadInitiate) -> None:
+        self._block_size = request.block_size
+        self._next = self._beyond = 0
+
+    def _start_block_upload(self, _: BlockUploadStart) -> None:
+        if self._block_size:
+            self._next, self._resumed = 1, False
+
+    def _acknowledge(self, request: BlockAck) -> None:
+        self._superseded |= request.sequence + 1 < self._behind_last
+        if self._block_size:
+            # A server that does not begin to count again sends such numbers as well.
+            self._block_size, self._next, self._resumed = request.block_size, 1, True
 
     # What the server sends
 
     def response(self, frame: bytes) -> Response:
         """Take a response, and return which it is."""
-        response = self._or_segment(self._read_response(frame), frame)
+        response = self._reader.response(frame)
+        if isinstance(response, Abort) and response.reserved_bits:
+            response = self._or_segment(response)
         self.owed = self._gave_up = False
         self.completed = None
-        self._follow_response(response)
+        kind, asked = type(response), self.asked
+        if isinstance(asked, BlockDownloadInitiate) and kind not in ENDINGS:
+            self.open = asked.mux
+        elif kind in _RESPONSES:
+            _RESPONSES[kind](self, response)
         if self.open is not None:
             self.latest = self.open
-        begins = isinstance(response, BlockUploadInitiateResponse)
-        if begins or (self.open is not None and isinstance(response, OTHER_INITIATES)):
-            self.may_send_segments = begins
+        if kind is BlockUploadInitiateResponse:
+            self.may_send_segments = True
+        elif self.open is not None and kind in OTHER_INITIATES:
+            self.may_send_segments = False
         self.answered = response
         return response
 
@@ -227,7 +214,10 @@ class Line:
         Where segments of a block upload may come, 81h is one, unless what follows it is the object
         and the code of an abort.
         """
-        return self._or_segment(decode_response(frame), frame)
+        response = decode_response(frame)
+        if isinstance(response, Abort) and response.reserved_bits:
+            response = self._or_segment(response)
+        return response
 
     def take_due(self, frame: bytes) -> bool:
         """Take the segment of a sub-block that is due behind another, unless it is the last one.
@@ -238,7 +228,7 @@ class Line:
         if len(frame) != FRAME_LENGTH or not 0 < due == frame[0]:
             return False
         self._count(due, last=False)
-        self._last_sequence = due
+        self._reader.last_sequence = due
         return True
 
     def is_due(self, sequence: int) -> bool:
@@ -291,125 +281,51 @@ class Line:
         self._beyond = sequence + 1 if not self._next and not last else 0
         self._behind_last, self._superseded = sequence + 1 if last else 0, False
 
-    def _follow_response(self, response: Response) -> None:
-        asked = self.asked
-        match response:
-            case Abort():
-                self.open = self._download = None
-                self.unacknowledged = 0
-            case BlockEndResponse():
-                self.open = None
-                self.completed, self._download = self._download, None
-            case _ if isinstance(asked, BlockDownloadInitiate):
-                self.open = asked.mux
-            case BlockSegment():
-                if self.is_due(response.sequence):
-                    self._count(response.sequence, last=response.last)
-            case BlockAck():
-                self._due = 1
-                self._acknowledged += SEGMENT_LENGTH * response.sequence
-                if response.sequence == self.unacknowledged:
-                    self.unacknowledged = 0
-            case UploadSegmentResponse():
-                if response.last:
-                    self.open = None
-            case DownloadSegmentResponse():
-                if self._brought_all:
-                    self.completed, self._download = self._download, None
-                if isinstance(asked, DownloadSegment) and asked.last:
-                    self.open = None
-            case DownloadInitiateResponse():
-                self.open = None
-                if isinstance(asked, DownloadInitiate) and asked.expedited:
-                    self.completed = asked.mux
-                elif isinstance(asked, DownloadInitiate):
-                    self.open = asked.mux
-            case UploadInitiateResponse(expedited=True):
-                self.open = None
-            case (
-                UploadInitiateResponse()
-                | BlockDownloadInitiateResponse()
-                | BlockUploadInitiateResponse()
-            ):
-                self.open = asked.mux if isinstance(asked, INITIATES) else None
+    def _aborted(self, _: Abort) -> None:
+        self.open = self._download = None
+        self.unacknowledged = 0
 
-    def _read_response(self, frame: bytes) -> Response:
-        message: Response
-        if self._server_sends_segments and self._is_end(frame):
-            return BlockEnd.decode(frame)
-        if self._server_sends_segments:
-            message = decode_segment(frame)
-            if isinstance(message, BlockSegment) and message.last:  # as an abort has this bit set
-                refusal = decode_response(frame)
-                message = refusal if self._is_refusal(refusal) else message
-        else:
-            message = decode_response(frame)
-            if self._is_uploaded:
-                segment = decode_segment(frame)
-                if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
-                    self._last_sequence = segment.sequence
-                    return segment
-        self._follow_sub_block(message)
-        if not isinstance(message, Unknown):
-            begins = isinstance(message, BlockUploadInitiateResponse)
-            self._is_uploaded = begins or isinstance(message, BlockSegment)
-            self._last_sequence = 0 if begins else self._last_sequence
-        if isinstance(message, BlockDownloadInitiateResponse):
-            self._client_sends_segments = True
-        elif isinstance(message, BlockAck):
-            self._client_sends_segments &= not self._acknowledges_last
-        return message
+    def _complete(self, _: BlockEndResponse) -> None:
+        self.open = None
+        self.completed, self._download = self._download, None
 
-    def _or_segment(self, response: Response, frame: bytes) -> Response:
+    def _receive_segment(self, segment: BlockSegment) -> None:
+        if self.is_due(segment.sequence):
+            self._count(segment.sequence, last=segment.last)
+
+    def _acknowledged_by(self, response: BlockAck) -> None:
+        self._due = 1
+        self._acknowledged += SEGMENT_LENGTH * response.sequence
+        if response.sequence == self.unacknowledged:
+            self.unacknowledged = 0
+
+    def _uploaded_segment(self, segment: UploadSegmentResponse) -> None:
+        if segment.last:
+            self.open = None
+
+    def _confirm_segment(self, _: DownloadSegmentResponse) -> None:
+        if self._brought_all:
+            self.completed, self._download = self._download, None
+        if isinstance(self.asked, DownloadSegment) and self.asked.last:
+            self.open = None
+
+    def _confirm_download(self, _: DownloadInitiateResponse) -> None:
+        asked, self.open = self.asked, None
+        if isinstance(asked, DownloadInitiate) and asked.expedited:
+            self.completed = asked.mux
+        elif isinstance(asked, DownloadInitiate):
+            self.open = asked.mux
+
+    def _begun(self, response: Initiated) -> None:
+        is_over = isinstance(response, UploadInitiateResponse) and response.expedited
+        self.open = None
+        if isinstance(self.asked, INITIATES) and not is_over:
+            self.open = self.asked.mux
+
+    def _or_segment(self, abort: Abort) -> Response:
         """Return what came: an abort with reserved bits may be a segment."""
-        if not isinstance(response, Abort) or not response.reserved_bits:
-            return response
-        may_be_segment = self.may_send_segments and not self._is_answer(response)
-        return decode_segment(frame) if may_be_segment else response
-
-    def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
-        """Say whether a frame is rather an unwanted segment than any other message."""
-        if self._is_answer(message):
-            return False
-        in_sequence = segment.sequence in (self._last_sequence + 1, 1)
-        nothing_else = isinstance(message, Unknown) or bool(message.reserved_fields())
-        return in_sequence or nothing_else
-
-    def _is_answer(self, message: Response) -> bool:
-        """Say whether this refuses something, or answers the latest request."""
-        answers = self.asked is not None and is_answer(message, self.asked)
-        return answers or self._is_refusal(message)
-
-    def _is_refusal(self, message: Response) -> bool:
-        """Say whether this is an abort that is due, also with reserved bits.
-
-        Where no segment is due, one that names no object is as well.
-        """
-        nameless = () if self._server_sends_segments else (NO_OBJECT,)
-        return is_refusal(message, self._named, self._uploaded, *nameless)
-
-    # Segments of either side
-
-    def _is_end(self, frame: bytes) -> bool:
-        """Say whether a frame is the end of a block transfer, though segments may come yet.
-
-        It is where the last one was sent, and this is no number that could follow.
-        """
-        if not self._ended or len(frame) != FRAME_LENGTH or not BlockEnd.matches(frame[0]):
-            return False
-        segment, end = BlockSegment.decode(frame), BlockEnd.decode(frame)
-        return segment.sequence != self._last_sequence + 1 and not end.reserved_fields()
-
-    def _follow_sub_block(self, message: Request | Response) -> None:
-        if isinstance(message, BlockSegment):
-            self._last_sequence = message.sequence
-            self._last_marked = message.last
-            self._ended |= message.last
-        elif isinstance(message, BlockAck):
-            self._acknowledges_last = self._last_marked and message.sequence == self._last_sequence
-        elif not isinstance(message, Unknown):
-            self._client_sends_segments = self._server_sends_segments = False
-            self._last_marked = self._ended = False
+        may_be_segment = self.may_send_segments and not self._reader.is_answer(abort)
+        return decode_segment(abort.encode()) if may_be_segment else abort
 
     # What an abort leaves
 
@@ -422,6 +338,31 @@ class Line:
     def is_abandoned(self) -> bool:
         """Whether the client has aborted a block download, and nothing has come since."""
         return self._gave_up and self.waits_for_segments
+
+
+# What the other requests and responses change is nothing but the latest of them.
+_REQUESTS: dict[type, Callable[[Line, Any], None]] = {
+    Abort: Line._abort,
+    BlockEndResponse: Line._confirm_end,
+    DownloadInitiate: Line._begin_download,
+    BlockDownloadInitiate: Line._begin_download,
+    DownloadSegment: Line._download_segment,
+    BlockUploadInitiate: Line._begin_block_upload,
+    BlockUploadStart: Line._start_block_upload,
+    BlockAck: Line._acknowledge,
+}
+_RESPONSES: dict[type, Callable[[Line, Any], None]] = {
+    Abort: Line._aborted,
+    BlockEndResponse: Line._complete,
+    BlockSegment: Line._receive_segment,
+    BlockAck: Line._acknowledged_by,
+    UploadSegmentResponse: Line._uploaded_segment,
+    DownloadSegmentResponse: Line._confirm_segment,
+    DownloadInitiateResponse: Line._confirm_download,
+    UploadInitiateResponse: Line._begun,
+    BlockDownloadInitiateResponse: Line._begun,
+    BlockUploadInitiateResponse: Line._begun,
+}
 
 
 def _one_too_many(number: int, frame: bytes) -> Said:
