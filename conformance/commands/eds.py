@@ -20,12 +20,14 @@ from conformance.reporting.junit.descriptions import FAILING, FAILING_IF_STRICT,
 from conformance.reporting.junit.tree import write_suites
 from conformance.sdo.printable_text import inert
 
-HELP = "check EDS and DCF files; exit status 1 if there are errors, 3 with --strict if warnings"
+HELP = "check EDS, DCF, XDD or XDC files; exit status 1 for errors, 3 for warnings with --strict"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="an EDS or DCF file")
+    parser.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="an EDS, DCF, XDD or XDC file"
+    )
     add_option(
         parser,
         NODE_ID,

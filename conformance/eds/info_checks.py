@@ -19,13 +19,21 @@ _TIME = re.compile(r"[01]\d:[0-5]\d ?[AP]M", re.IGNORECASE)
 
 
 def check_info(sections: Sections, findings: Findings) -> None:
-    """Check the sections that are about no object."""
+    """Check the sections about the file, and what [DeviceInfo] has to have."""
     if "FileInfo" in sections:
         _check_file(sections["FileInfo"], findings)
     if "DeviceInfo" in sections:
         _check_device(sections["DeviceInfo"], findings)
     if "Comments" in sections:
         _check_comments(sections["Comments"], findings)
+
+
+def check_device_info(sections: Sections, findings: Findings) -> None:
+    """Check what a file says of the device as a whole, where it does."""
+    if "DeviceInfo" in sections:
+        for key in SWITCHES:
+            _check_range(sections["DeviceInfo"], key, 1, findings)
+        _check_range(sections["DeviceInfo"], "Granularity", COARSEST, findings)
     if COMMISSIONING in sections:
         _check_commissioning(sections[COMMISSIONING], findings)
 
@@ -47,9 +55,6 @@ def _check_device(section: Section, findings: Findings) -> None:
         if not section.text(key):
             findings.add(rules.DEVICE_INFO, section.at(key), f"[DeviceInfo] has no {key}")
     _check_bit_rates(section, findings)
-    for key in SWITCHES:
-        _check_range(section, key, 1, findings)
-    _check_range(section, "Granularity", COARSEST, findings)
 
 
 def _check_range(section: Section, key: str, highest: int, findings: Findings) -> None:

@@ -1,5 +1,7 @@
 """The lists of objects in an EDS, held against its sections (CiA 306-1, clause 6.6.2)."""
 
+from collections.abc import Iterator
+
 from conformance.device.files import shortened
 from conformance.eds import rules
 from conformance.eds.findings import Findings, Place
@@ -11,13 +13,12 @@ MANUFACTURER = range(0x2000, 0x6000)
 FIRST_OBJECT = 0x1000
 
 
-def check_lists(sections: Sections, findings: Findings) -> list[int]:
-    """Return the objects that are listed and have no section."""
+def check_lists(sections: Sections, findings: Findings) -> None:
+    """Hold the lists against the sections."""
     for name in ("FileInfo", "DeviceInfo", "MandatoryObjects"):
         if name not in sections:
             findings.add(rules.MANDATORY_SECTION, Place(), f"there is no section [{name}]")
     listed: dict[int, str] = {}
-    missing = []
     described = by_object(sections)
     for name in LISTS:
         if name not in sections:
@@ -33,13 +34,20 @@ def check_lists(sections: Sections, findings: Findings) -> list[int]:
             if index not in described and index >= FIRST_OBJECT:
                 sentence = f"{index:04X}h is listed, and there is no section [{index:04X}]"
                 findings.add(rules.LISTED, place, sentence, "No case is about the object")
-                missing.append(index)
     for index, own in described.items():
         head = own.get(None)
         if head is not None and index >= FIRST_OBJECT and index not in listed:
             sentence = f"[{head.name}] is in none of the lists"
             findings.add(rules.UNLISTED, head.at(), sentence, "It is read as if it were listed")
-    return missing
+
+
+def listed_indices(sections: Sections) -> Iterator[int]:
+    """Yield the indices of all lists."""
+    for name in LISTS:
+        for key, value in sections[name].values.items() if name in sections else ():
+            written = parse_number(value.text, 0) if key.isdigit() else None
+            if written is not None and FIRST_OBJECT <= written.number <= 0xFFFF:
+                yield written.number
 
 
 def _indices(section: Section, findings: Findings) -> list[tuple[str, int]]:

@@ -15,7 +15,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.eds import rules
 from conformance.eds.entries import LEFT_OUT, EntryReader
 from conformance.eds.findings import Findings, Place
-from conformance.eds.lists import check_lists
+from conformance.eds.lists import listed_indices
 from conformance.eds.standard import Standard
 from conformance.eds.text import IDENTITY_KEYS, Section, Sections, Value, by_object
 from conformance.eds.values import number_of, parse_number, quoted
@@ -49,7 +49,7 @@ class ListingReader:
         """Return what is listed; raises FileError where that is more than can be tested."""
         objects = self._objects()
         described = frozenset(objects)
-        for index in check_lists(self._sections, self._findings):
+        for index in listed_indices(self._sections):
             objects.setdefault(index, _unclear(index))
         for index in self._only_named():
             objects.setdefault(index, _unclear(index))

@@ -1,4 +1,4 @@
-"""EDS and DCF files: what they list, and all that is wrong with them (CiA 306-1).
+"""Descriptions of devices: what they list, and all that is wrong with them (CiA 306-1, CiA 311).
 
 Whatever can be understood is read. A file that lists no object at all is none.
 """
@@ -10,15 +10,16 @@ from typing import Self
 from conformance.device.eds_listing import Listing
 from conformance.device.files import FileError, read_bytes
 from conformance.eds import rules
-from conformance.eds.checks import check
+from conformance.eds.checks import check, check_text
 from conformance.eds.entries import LEFT_OUT
 from conformance.eds.findings import Finding, Findings, Place
 from conformance.eds.objects import ListingReader
 from conformance.eds.text import COMMISSIONING, NODE_ID_KEY, Sections, by_object, sections_of
 from conformance.eds.values import parse_number
+from conformance.eds.xdd import sections_of_xml
 
-SUFFIXES = (".eds", ".dcf")
-LARGEST = 2 * 1024 * 1024
+SUFFIXES, XML_SUFFIXES = (".eds", ".dcf"), (".xdd", ".xdc")
+LARGEST, LARGEST_XML = 2 * 1024 * 1024, 8 * 1024 * 1024
 ENCODINGS = ("utf-8", "cp1252", "latin-1")
 
 
@@ -45,9 +46,13 @@ def read_eds(path: Path, node_id: int) -> Listing:
 
 def read_file(path: Path, node_id: int) -> DeviceFile:
     """Return all of a file; ``$NODEID`` stands for ``node_id``. Raises FileError."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise FileError(path, None, "the name of the file has to end in .eds or .dcf.")
     findings = Findings(path)
+    if path.suffix.lower() in XML_SUFFIXES:
+        sections = sections_of_xml(path, read_bytes(path, limit=LARGEST_XML))
+        return _read(sections, findings, node_id, is_xml=True)
+    if path.suffix.lower() not in SUFFIXES:
+        named = "the name of the file has to end in .eds, .dcf, .xdd or .xdc."
+        raise FileError(path, None, named)
     text = _decoded(read_bytes(path, limit=LARGEST), findings)
     return _read(sections_of(text, findings), findings, node_id)
 
@@ -89,13 +94,17 @@ def _decoded(content: bytes, findings: Findings) -> str:
     raise FileError(findings.path, None, "the text is in no encoding that is known.")
 
 
-def _read(sections: Sections, findings: Findings, node_id: int) -> DeviceFile:
+def _read(
+    sections: Sections, findings: Findings, node_id: int, *, is_xml: bool = False
+) -> DeviceFile:
     if not by_object(sections):
         raise FileError(
             findings.path,
             None,
             "there is no section of an object, as [1000], which every EDS has: is this an EDS?",
         )
+    if not is_xml:
+        check_text(sections, findings)
     listing = ListingReader(sections, findings, node_id).read()
     listing = check(sections, listing, findings)
     return DeviceFile(

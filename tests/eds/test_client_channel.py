@@ -98,7 +98,7 @@ def test_without_a_node_id_what_is_no_formula_is_read(tmp_path: Path) -> None:
     ("name", "sentence"),
     [
         ("gone.dcf", "the file cannot be read: No such file or directory."),
-        ("plc.txt", "the name of the file has to end in .eds or .dcf."),
+        ("plc.txt", "the name of the file has to end in .eds, .dcf, .xdd or .xdc."),
     ],
 )
 def test_a_file_that_is_none(tmp_path: Path, name: str, sentence: str) -> None:

@@ -395,8 +395,8 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     (tmp_path / "folder.eds").mkdir()
     with pytest.raises(FileError, match="the file cannot be read: Is a directory"):
         read_eds(tmp_path / "folder.eds", 5)
-    with pytest.raises(FileError, match=r"has to end in \.eds or \.dcf"):
-        read_eds(tmp_path / "drive.xdd", 5)
+    with pytest.raises(FileError, match=r"has to end in \.eds, \.dcf, \.xdd or \.xdc"):
+        read_eds(tmp_path / "drive.txt", 5)
     # To open it is to wait for a writer.
     os.mkfifo(tmp_path / "pipe.eds")
     with pytest.raises(FileError, match=r"that is a pipe or a device, and no file\."):

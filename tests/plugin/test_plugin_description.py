@@ -103,7 +103,7 @@ def test_never_is_stronger_than_the_option(pytester: pytest.Pytester) -> None:
 WRONG = {
     "--sdo-device=none.toml": "none.toml: the file cannot be read: No such file or directory.",
     "--sdo-eds=none.eds --node-id=5": "none.eds: the file cannot be read: No such file or dir",
-    "--sdo-eds=drive.xdd --node-id=5": "the name of the file has to end in .eds or .dcf.",
+    "--sdo-eds=drive.txt --node-id=5": "has to end in .eds, .dcf, .xdd or .xdc.",
     "--sdo-eds=typo.eds --node-id=5": "typo.eds: there is no section of an object, as [1000],",
     "--sdo-device=typo.toml": "typo.toml, line 2: there is no key 'nodeid'. Did you mean 'node",
     "--sdo-device=denied.toml": (
