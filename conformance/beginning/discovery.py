@@ -17,7 +17,7 @@ from conformance.device.device import (
     TEXTS,
     Device,
 )
-from conformance.device.effort import LOSSES
+from conformance.device.effort import MOST_LOSSES
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import Unimplemented
@@ -121,7 +121,7 @@ class Reading:
         if not why:
             return True
         self.losses += 1
-        brings_back = None if answers or self.losses > LOSSES else self._brings_back
+        brings_back = None if answers or self.losses > MOST_LOSSES else self._brings_back
         if brings_back is None or not brings_back():
             raise lost_early(sdo, asked, why)
         expected, nothing = "an answer to a read of 1000h", NoAnswer("nothing")

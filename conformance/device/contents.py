@@ -20,9 +20,16 @@ from conformance.device.change_journal import (
     Values,
     untold,
 )
+from conformance.device.effort import (
+    ENDLESS,
+    LITTLE_PADDING,
+    LONGEST_STATED_TEXT,
+    LONGEST_TEXT,
+    PADDING,
+    UPLOADED,
+)
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
-from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
@@ -38,15 +45,6 @@ from conformance.sdo.objects import TEXT_TYPES, Access
 from conformance.sdo.storage_commands import COMMANDS
 
 LAST_COMMUNICATION_PARAMETER = 0x1FFF
-# A device may have one length for its strings, and fill up with 00h what is shorter; one that was
-# seen to bring data without an end is given less.
-PADDING, LITTLE = 1024, 64
-# After this number of uploads without an end it is what the device does.
-ENOUGH = 3
-# What a text is allowed that was not read yet, where the EDS states a value and where it does not.
-STATED, TEXT = 1 << 14, 1 << 17
-# What is allowed where nothing is known, behind none, one to three, and more uploads without end.
-ALLOWED = ((0, MOST_UPLOADED), (ENOUGH, 1 << 14), (1 << 32, 1 << 10))
 
 
 class Holds(Enum):
@@ -289,20 +287,20 @@ class Contents:
         known, own = self.known.get(mux), self.own.get(mux)
         if known is not None and known.length is not None:
             return known.length + SEGMENT_LENGTH
-        allowed = next(most for endless, most in ALLOWED if self.endless <= endless)
+        allowed = next(most for endless, most in UPLOADED if self.endless <= endless)
         if known is None:
             return allowed
         brought = self._brought.get(mux)
         is_cut = known.is_steady and not known.habits.keeps_tails
-        if own is not None and is_cut and self.endless > ENOUGH:
+        if own is not None and is_cut and self.endless > ENDLESS:
             latest = len(own) if brought is None else brought.latest
-            return max(latest, known.habits.filled) + LITTLE
+            return max(latest, known.habits.filled) + LITTLE_PADDING
         most = 0 if brought is None else brought.most
         least = max(len(own or b""), len(known.stated or b""), known.habits.filled, most)
         if own is not None and known.is_steady:
             return least + PADDING
         if known.data_type in TEXT_TYPES:
-            allowed = min(allowed, STATED if known.stated else TEXT)
+            allowed = min(allowed, LONGEST_STATED_TEXT if known.stated else LONGEST_TEXT)
         return least + allowed
 
 

@@ -10,6 +10,8 @@ from enum import Enum, auto
 from math import ceil, inf
 from typing import TypeVar
 
+from conformance.sdo.client import MOST_UPLOADED
+
 Item = TypeVar("Item")
 
 # Bytes of a value. Where the protocol is not the point, one with more than SHORT_VALUE goes in
@@ -27,6 +29,15 @@ BELIEVED = 5_000
 MUCH_ROOM = 897
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
+# Uploads without an end are cut off. A device may have one length for its strings, and fill up with
+# 00h what is shorter: an object may bring so many bytes more than were written to it, and few more
+# where the device has brought data without an end ENDLESS times.
+PADDING, LITTLE_PADDING = 1024, 64
+ENDLESS = 3
+# What a text is allowed that was not read yet, where the EDS states a value and where it does not;
+# and anything else, behind none, up to ENDLESS, and more uploads without an end.
+LONGEST_STATED_TEXT, LONGEST_TEXT = 1 << 14, 1 << 17
+UPLOADED = ((0, MOST_UPLOADED), (ENDLESS, 1 << 14), (1 << 32, 1 << 10))
 # The segments of a long value that are compared with the same in blocks.
 SEGMENTS_COMPARED = 16
 
@@ -48,7 +59,7 @@ INDICES_BESIDE = 24
 REQUESTS_IN_HASTE = 3000
 REQUESTS_OF_SMALL_CASE = 100
 # Random conversations of a case, and the seconds and answers of its search for a short one.
-EXAMPLES, EXAMPLES_WHEN_THOROUGH = 20, 500
+USUAL_EXAMPLES, THOROUGH_EXAMPLES = 20, 500
 SEARCH_SECONDS = 60.0
 SHRINK_SECONDS = 30.0
 # Most conversations are as short as they get by then; the last transfers would cost as much again.
@@ -66,6 +77,8 @@ ALIKE_TRIES = 3
 # Of a service that a busy device refuses, of a value that it refuses as too long, and of one that
 # has to be put back.
 TRIES_OF_REFUSED = 2
+# Of an object that cannot be put back, as the device is silent: it may be busy.
+SILENCES_OF_OBJECT = 5
 # Of the first exchange with a device.
 FIRST_TRIES = 3
 # Reads of a value that the device measures, before two protocols are said to differ; and reads in
@@ -73,7 +86,7 @@ FIRST_TRIES = 3
 READS_OF_MEASURED = 4
 READS_OF_CHANGING = 10
 # Losses of the device by cases of one kind, or before the first case: then it is tried no more.
-LOSSES = 2
+MOST_LOSSES = 2
 # Starts of a program that is to bring a device back.
 TRIES_OF_PROGRAM = 3
 # Reads in a row without a right answer that end a search for objects: each may cost a time-out.
@@ -109,7 +122,7 @@ class Effort(Enum):
     @property
     def examples(self) -> int:
         """How many random conversations each case tries."""
-        return EXAMPLES_WHEN_THOROUGH if self is Effort.THOROUGH else EXAMPLES
+        return THOROUGH_EXAMPLES if self is Effort.THOROUGH else USUAL_EXAMPLES
 
     @property
     def search_seconds(self) -> float:

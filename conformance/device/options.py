@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from conformance.device import option_kinds as kinds
-from conformance.device.effort import EXAMPLES as EXAMPLES_USUAL
-from conformance.device.effort import EXAMPLES_WHEN_THOROUGH, REQUESTS_IN_HASTE
+from conformance.device.effort import REQUESTS_IN_HASTE, THOROUGH_EXAMPLES, USUAL_EXAMPLES
 from conformance.device.known_deviations import KnownDeviation
 from conformance.device.known_objects import KnownObject
 from conformance.device.named_objects import NamedObject
@@ -353,7 +352,7 @@ EXAMPLES = Option[int | None](
     None,
     "random conversations that each case random.* tries; 0 for none",
     setting=True,
-    shown=str(EXAMPLES_USUAL),
+    shown=str(USUAL_EXAMPLES),
 )
 REQUIRE = Option[tuple[str, ...]](
     "--sdo-require",
@@ -383,7 +382,7 @@ THOROUGH = Option[bool](
     "--sdo-thorough",
     kinds.FLAG,
     False,
-    f"{EXAMPLES_WHEN_THOROUGH} random conversations for each case random.*, without a limit on "
+    f"{THOROUGH_EXAMPLES} random conversations for each case random.*, without a limit on "
     "their time, and the cases pairs.*: every pair of states",
     page="[every pair of states](cases.md#pairs-of-states)",
 )

@@ -6,7 +6,7 @@ from math import inf
 
 import pytest
 
-from conformance.device.effort import EXAMPLES
+from conformance.device.effort import USUAL_EXAMPLES
 from conformance.device.known_objects import KnownObject
 from conformance.device.options import ANSWER_DELAY, SIMULATED
 from conformance.plugin.options import Options
@@ -52,7 +52,7 @@ def estimate_for(options: Options) -> Estimate:
     free = given[SIMULATED] and not given[ANSWER_DELAY]  # time jumps over a silence
     return Estimate(
         0.0 if free else options.run.response_timeout,
-        options.examples / EXAMPLES,
+        options.examples / USUAL_EXAMPLES,
         options.effort.search_seconds,
     )
 

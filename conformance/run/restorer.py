@@ -7,7 +7,13 @@ from dataclasses import dataclass, field, replace
 
 from conformance.device.contents import Holds
 from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
-from conformance.device.effort import LONG_VALUE, SHORT_VALUE, TRIES_OF_REFUSED
+from conformance.device.effort import (
+    LITTLE_PADDING,
+    LONG_VALUE,
+    SHORT_VALUE,
+    SILENCES_OF_OBJECT,
+    TRIES_OF_REFUSED,
+)
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.dialogue.channels import Channels, is_cob_id
@@ -24,11 +30,6 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage_commands import SAVE_ALL
-
-# How many bytes more than its value an object may fill up with, as strings are with 00h.
-MOST_PADDING = 64
-# A device that was silent twice may have been busy: after this number of cases it is tried again.
-MOST_SILENCES = 5
 
 
 @dataclass(slots=True)
@@ -289,7 +290,8 @@ class Restorer:
                 self._why[known.mux] = f" ({violation.actual})"
                 self._silences[known.mux] += again.rule is ANSWERED
                 self._look_whether_gone(sdo, again)
-                refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
+                busy = self._silences[known.mux] <= SILENCES_OF_OBJECT
+                refused = again.rule is not ANSWERED or not busy
                 self._tries[known.mux] = TRIES_OF_REFUSED if refused else 0
                 return
             if violation.rule is ANSWERED and not stray:
@@ -352,7 +354,7 @@ class Restorer:
         return False
 
     def _is_other_size(self, size: int, due: bytes) -> bool:
-        return size > len(due) + MOST_PADDING or size < len(due) - MOST_PADDING
+        return size > len(due) + LITTLE_PADDING or size < len(due) - LITTLE_PADDING
 
     def _brings(
         self, sdo: Dialogue, known: KnownObject, response: UploadInitiateResponse, due: bytes

@@ -8,7 +8,7 @@ that. What has stopped the device twice by one cause is not tried a third time.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from conformance.device.effort import LOSSES
+from conformance.device.effort import MOST_LOSSES
 from conformance.run.risks import Risk
 from conformance.sdo.can_frame import CanFrame
 
@@ -41,7 +41,7 @@ class Losses:
     def survived(self, case_id: str) -> None:
         """Take a case that the device survived: so it is not the case itself that stops it."""
         self._in_a_row = 0
-        if len(self._open.get(_family(case_id), ())) < LOSSES:
+        if len(self._open.get(_family(case_id), ())) < MOST_LOSSES:
             self._open.pop(_family(case_id), None)
 
     def is_wedged(self, *, answers_wrongly: bool) -> bool:
@@ -50,7 +50,7 @@ class Losses:
         Two cases in a row have left it so. Where bringing it back did not help it is left alone.
         """
         self._wrong_in_a_row = self._wrong_in_a_row + 1 if answers_wrongly else 0
-        return self._wrong_in_a_row == LOSSES
+        return self._wrong_in_a_row == MOST_LOSSES
 
     @property
     def is_hopeless(self) -> bool:
@@ -62,8 +62,9 @@ class Losses:
         causes = [_family(case_id), *([_of_risk(case_id, risk)] if risk else [])]
         for cause in causes:
             stopped = self._open.get(cause, [])
-            if len(stopped) >= LOSSES:
-                return f"{cause} has stopped the device twice (in {' and '.join(stopped[:LOSSES])})"
+            if len(stopped) >= MOST_LOSSES:
+                cases = " and ".join(stopped[:MOST_LOSSES])
+                return f"{cause} has stopped the device twice (in {cases})"
         return ""
 
     def lines(self) -> list[str]:

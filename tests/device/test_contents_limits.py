@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from conformance.device.contents import PADDING, Contents
+from conformance.device.contents import Contents
+from conformance.device.effort import PADDING
 from conformance.device.known_objects import KnownObject
 from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.frames import (

@@ -23,7 +23,7 @@ from concurrent.futures import Future, ProcessPoolExecutor
 import pytest
 from case_runs import AT_THE_END, Choice, Run, run_cases
 
-from conformance.device.effort import EXAMPLES
+from conformance.device.effort import USUAL_EXAMPLES
 from conformance.faults.catalogue import all_deviations, unusual
 from conformance.faults.registry import About, Deviation
 from conformance.plugin.exit_code import ExitCode
@@ -71,7 +71,7 @@ FILES = {
 }
 GENERATED = ("test_matrix", "test_random", "test_state_pairs")
 # What there is in a thorough run, without its many examples.
-THOROUGH = ("--sdo-thorough", f"--sdo-examples={EXAMPLES}")
+THOROUGH = ("--sdo-thorough", f"--sdo-examples={USUAL_EXAMPLES}")
 # An unusual server that is about these meets the files below as well when it is quick.
 MORE_THAN_TRANSFERS = (About.LENGTHS, About.OBJECTS, About.CHANNELS, About.NMT)
 BEYOND_TRANSFERS = (

@@ -13,7 +13,7 @@ pytest_plugins = ["pytester"]
 @pytest.fixture(autouse=True)
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let few examples stand for many, and a search that is not thorough have no time at all."""
-    monkeypatch.setattr("conformance.device.effort.EXAMPLES_WHEN_THOROUGH", 3)
+    monkeypatch.setattr("conformance.device.effort.THOROUGH_EXAMPLES", 3)
     monkeypatch.setattr("conformance.device.effort.SEARCH_SECONDS", 0.0)
 
 
