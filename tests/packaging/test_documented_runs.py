@@ -10,6 +10,7 @@ import pytest
 from test_authoring_guide import ROOT, blocks
 from test_documented_commands import EDS, of
 
+from conformance.__main__ import main
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.known_deviations import read_deviations, unknown_case
 from conformance.faults.catalogue import build_node
@@ -65,6 +66,27 @@ def test_a_run(words: list[str], channel: str, pytester: pytest.Pytester) -> Non
     required = any(word.startswith("--sdo-require") for word in words)
     assert result.ret == (NOT_TESTED if required else pytest.ExitCode.OK)
     assert result.parseoutcomes()["passed"] > 0
+
+
+COMMANDS = [
+    [word for word in words if not word.startswith("--can-")]
+    for words in of("conformance")
+    if words[0] in ("restore", "replay") or (words[0] == "init" and "--node-id" in words)
+]
+
+
+def test_the_commands_are_found() -> None:
+    assert {words[0] for words in COMMANDS} == {"init", "restore", "replay"}
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_a_command(words: list[str], channel: str, pytester: pytest.Pytester) -> None:
+    fault = ("--self-test", "--sdo-simulated", "--sdo-fault=upload-toggle-ignored")
+    pytester.runpytest_inprocess("-p", "no:cacheprovider", *fault, "-k", "segmented-upload.toggle")
+    (folder,) = (pytester.path / "reports").iterdir()
+    folder.rename(folder.with_name("RUN"))
+    (pytester.path / "device.toml").unlink()  # init writes it
+    assert main([*words, "--can-interface=virtual", f"--can-channel={channel}"]) == 0
 
 
 def test_the_known_deviations(channel: str, pytester: pytest.Pytester) -> None:
