@@ -12,6 +12,7 @@ import can
 
 from conformance.beginning.discovery import discover, unseen
 from conformance.beginning.first_request import FirstRequest
+from conformance.beginning.repeating import Met, in_doubt, is_settled, met_with
 from conformance.beginning.revival import Revival
 from conformance.bus.channel import Channel
 from conformance.bus.counters import counted_since, read_counters
@@ -37,7 +38,6 @@ from conformance.dialogue.causes import Causes
 from conformance.dialogue.channels import TEST_CHANNELS
 from conformance.run.before_first_case import Watch
 from conformance.run.evidence import CANSEND_KNOWS
-from conformance.run.frame_loss import Beginning, beginning, in_doubt, is_settled
 from conformance.run.session import DeviceSession
 from conformance.sdo.cob_id import ChannelIds
 
@@ -183,18 +183,18 @@ class Bench:
     def _begin(self, channel: Channel, revival: Revival | None) -> DeviceSession:
         """Read and survey a device; again where a frame may have been lost on the way."""
         node_id, link = channel.node_id, channel.link
-        beginnings: list[Beginning] = []
+        tries: list[Met] = []
         while True:
             self.sessions[node_id] = session = self._discovered(channel, revival)
             session.survey()
             session.restore_pending()  # what was read next would be taken for the value to keep
-            beginnings.append(beginning(session.device, session.causes))
-            if not link.may_lose or session.restorer.unrestored or is_settled(beginnings):
+            tries.append(met_with(session.device, session.causes))
+            if not link.may_lose or session.restorer.unrestored or is_settled(tries):
                 break
             if any(standing.violation.is_certain for _, standing in session.causes):
                 break
             session.close()
-        for cause in in_doubt(beginnings):
+        for cause in in_doubt(tries):
             session.doubts.add("before the first case", cause)
         return session
 

@@ -11,10 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import prod
 
-from conformance.device.device import Device
-from conformance.device.effort import ALIKE_TRIES, TRIES_OF_CASE
-from conformance.device.learned import Reason
-from conformance.dialogue.causes import Causes
+from conformance.device.effort import ALIKE_TRIES
 from conformance.sdo.rules import Cause
 
 # Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
@@ -60,31 +57,6 @@ class Doubts:
             shown.append(f"{len(self.met) - MOST_SHOWN} more, in the notes of their cases")
         total = f"{len(self.met)} in {self.frames} frames"
         return [f"failed once, but not when repeated, {total}:", *shown] if shown else []
-
-
-# What was met before the first case: causes and how, and objects that could not be read.
-Beginning = frozenset[tuple[str, str]]
-
-
-def beginning(device: Device, causes: Causes) -> Beginning:
-    """Return what was met with a device before the first case."""
-    misread = {(f"a read of {mux}", "") for mux in device.learned.unread_for(Reason.BREACH)}
-    return frozenset({(str(cause), str(each.violation)) for cause, each in causes} | misread)
-
-
-def is_settled(beginnings: Sequence[Beginning]) -> bool:
-    """Say whether what was met last is the device's: nothing, or the same as before."""
-    *others, last = beginnings
-    before = [cause for other in others for cause in {cause for cause, _ in other}]
-    known = frozenset().union(*others)
-    sure = all(met in known or before.count(met[0]) >= ALIKE_TRIES - 1 for met in last)
-    return sure or len(beginnings) >= TRIES_OF_CASE
-
-
-def in_doubt(beginnings: Sequence[Beginning]) -> list[str]:
-    """Return what was met, but not the last time."""
-    last = {cause for cause, _ in beginnings[-1]}
-    return sorted({cause for each in beginnings for cause, _ in each} - last)
 
 
 def is_certain(tries: Sequence[Stumble]) -> bool:
