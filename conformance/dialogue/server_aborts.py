@@ -53,14 +53,14 @@ class EarlyAborts:
     """Notes that the server has ended transfers early.
 
     ``met`` is the abort that has ended the latest one, until the next begins. ``transfers`` counts
-    the initiates that were sent. An abort of the server may have ``crossed`` with one of the
-    client: what that asked next may be served behind it.
+    the initiates that were sent. ``has_crossed``: an abort of the server has crossed with that of
+    the client, so the request behind that may be served yet.
     """
 
     def __init__(self) -> None:
         """No transfer has begun."""
         self.transfers = 0
-        self.crossed = False
+        self.has_crossed = False
         self._given_up: Multiplexer | None = None
         self._met: Abort | None = None
         self._all: list[Abort] = []
@@ -92,7 +92,7 @@ class EarlyAborts:
             if is_early(response, running):
                 self.note(response)
             elif is_early(response, self._given_up):
-                self.crossed = True
+                self.has_crossed = True
                 self.note(response)
         self._given_up = None
 

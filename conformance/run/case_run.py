@@ -190,7 +190,7 @@ class CaseRun:
         sdo.wire.timing.allowance = None
         self._minor = list(sdo.record.minor)
         self.tools.network.end()
-        if sdo.record.early.crossed:
+        if sdo.record.early.has_crossed:
             sdo.channel.abort(sdo.line.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
             sdo.drain()
         leaving = leave(sdo, failed=True)

@@ -26,14 +26,14 @@ class Relay:
     node_id: int
     loses: Loses = lambda message: False
     lost: list[Request | Response] = field(default_factory=list)
-    decoder: Line = field(default_factory=Line)
+    line: Line = field(default_factory=Line)
     lock: Lock = field(default_factory=Lock)
 
     def hand_on(self, other: can.BusABC, message: can.Message) -> None:
         """Send to the other bus what came from one."""
         with self.lock:
             requested = message.arbitration_id == REQUEST_BASE + self.node_id
-            follow = self.decoder.request if requested else self.decoder.response
+            follow = self.line.request if requested else self.line.response
             decoded = follow(bytes(message.data))
             if self.loses(decoded):
                 self.lost.append(decoded)

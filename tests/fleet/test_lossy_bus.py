@@ -125,6 +125,10 @@ def test_download_with_lost_segments(
     write(sdo, payload(size))
     assert served.find(DOMAIN).value == payload(size)
     assert len(relay.lost) > size // 200
+    # A line knows what this client has written, whatever it had to send again.
+    assert relay.line.completed == DOMAIN
+    assert relay.line.in_flight[:size] == payload(size)
+    assert relay.line.open is None
 
 
 @dataclass

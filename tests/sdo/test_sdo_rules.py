@@ -99,7 +99,13 @@ def test_what_can_be_broken_is_in_the_registry() -> None:
         assert ast.unparse(level) == "Level.MAY", f"{name}: add the rule to the registry"
 
 
-PROTOCOL = tuple(f"conformance.sdo.{name}" for name in ("rules", "abort_codes", "frames", "layout"))
+PROTOCOL = tuple(
+    f"conformance.sdo.{name}"
+    for name in (
+        *("rules", "abort_codes", "frames", "layout"),
+        *("can_frame", "describe", "kinds", "seen"),  # the words for what came
+    )
+)
 
 
 def test_importing_the_rules_brings_in_nothing_but_the_protocol() -> None:
