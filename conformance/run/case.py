@@ -26,12 +26,12 @@ ATTRIBUTE = "conformance_case"
 
 @dataclass(frozen=True, slots=True)
 class CaseInfo:
-    """What the decorator said: what the case requires, and the values for which it is run.
+    """A decorated case: its requirement, and the values for which it is run.
 
     ``rule`` is the requirement as the case puts it; ``cites`` are the rules of the registry that it
     tests. A ``slow`` case waits for a time that the device declares; a ``thorough`` one is run with
     --sdo-thorough, or where it is named.
-    ``risk`` is what it sends that a device may not survive; a function says it of each value.
+    ``risk`` are frames that a device may not survive; a function gives them for each value.
     ``state`` is that of the server in which a case of the matrix sends each value.
     """
 
@@ -61,11 +61,11 @@ class CaseInfo:
         return callable(self.values)
 
     def chosen(self, listing: Listing | None = None) -> Mapping[str, object]:
-        """Return the values of the argument by their labels; some depend on what is listed."""
+        """Return the values of the argument by their labels; some depend on the listing."""
         return self.values(listing or Listing()) if callable(self.values) else self.values
 
     def variations(self, listing: Listing | None = None) -> list[tuple[str, dict[str, object]]]:
-        """Return each case's id and arguments; some depend on what is listed of a device."""
+        """Return each case's id and arguments; some depend on the listing of a device."""
         if self.argument is None:
             return [(self.rule.id, {})]
         return [
@@ -90,7 +90,7 @@ def must(
     there is one. ``clause`` is for a case
     on a narrower clause than that of the first rule. ``each`` is at most one argument with its
     values: a sequence, a mapping from label to value, or a function that chooses such a mapping
-    from what is listed of the device. ``risk`` is for a case with frames that a device may not
+    from the listing of the device. ``risk`` is for a case with frames that a device may not
     survive, or a function from the argument: such cases run behind the others. ``in_state`` is
     that of the server in which a case of the matrix sends its stimuli.
 
@@ -127,7 +127,7 @@ def may(
     risk: Risk | RiskOf | None = None,
     **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
-    """Mark a case on what the specification leaves open; it fails for what no choice allows."""
+    """Mark a case on a choice of the server; it fails if the response fits no choice."""
     return _case(Level.MAY, id_, rules, clause, each, risk=risk)
 
 
@@ -168,6 +168,6 @@ def _case(
 
 
 def case_info(function: object) -> CaseInfo | None:
-    """Return what the decorator said, or None for an ordinary function."""
+    """Return the case of a decorated function, None for an ordinary one."""
     info = getattr(function, ATTRIBUTE, None)
     return info if isinstance(info, CaseInfo) else None

@@ -17,7 +17,7 @@ def case_files() -> list[Path]:
 
 
 def cases_in(path: Path) -> Iterator[CaseInfo]:
-    """Yield what the decorators in a file of cases say."""
+    """Yield the cases of a file, by their decorators."""
     spec = spec_from_file_location(f"conformance_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is not a Python file")

@@ -8,7 +8,7 @@ from conformance.device.known_deviations import NO_REASON, KnownDeviation
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.rules import Cause
 
-# An id in its parts, each with what ends it.
+# The parts of an id, each with its separator.
 _PARTS = re.compile(r"[^.\-\[]+[.\-\[]?|[.\-\[]")
 
 
@@ -37,7 +37,7 @@ def draft(
     A cause that one case has met is listed with that case, one of several cases by a glob with the
     rule or, where their ids have nothing in common, by the rule alone. A case that broke different
     rules on different devices is listed with each. ``beside`` are rules that the device broke
-    outside of all cases. What was not judged is not drafted.
+    outside of all cases. Cases that were not judged are not drafted.
     """
     failing = {Verdict.FAIL} | ({Verdict.NON_STRICT} if strict else set())
     kept = [entry for entry in known if _is_met(entry, results, beside)]
@@ -78,7 +78,7 @@ def _entry(group: _Group) -> KnownDeviation:
 
 
 def _in_common(cases: Sequence[str]) -> str:
-    """Return what all ids begin with, in whole words."""
+    """Return the common beginning of all ids, in whole words."""
     first, last = _PARTS.findall(cases[0]), _PARTS.findall(cases[-1])
     same = 0
     while same < min(len(first), len(last)) and first[same] == last[same]:
@@ -89,7 +89,7 @@ def _in_common(cases: Sequence[str]) -> str:
 def _without_doubles(
     kept: Iterable[KnownDeviation], drafted: Sequence[KnownDeviation]
 ) -> list[KnownDeviation]:
-    """Leave out what a rule alone excuses, and what is listed already."""
+    """Leave out failures that a rule alone excuses, and listed ones."""
     found = {entry.key: entry for entry in kept}
     alone = {entry.rule for entry in (*found.values(), *drafted) if entry.case is None}
     for entry in drafted:

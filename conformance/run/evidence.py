@@ -1,4 +1,4 @@
-"""A case's result as text: what was required, what came, the frames, and lines that repeat them."""
+"""A case's result as text: the requirement, the response, the frames, and commands for them."""
 
 from collections.abc import Iterator, Sequence
 from enum import Enum, auto
@@ -20,7 +20,7 @@ WORDS_AT = 38
 def cansend_lines(
     frames: Sequence[Captured], channel: str, *, gap: LeftOut | None = None
 ) -> list[str]:
-    """Return the commands that send what the suite sent; the middle of many is left out."""
+    """Return the commands that send the suite's frames; the middle of many is left out."""
     sent = [captured.frame for captured in frames if captured.direction is Direction.SENT]
     lines = [f"cansend {channel} {frame}" for frame in sent]
     total = len(lines) + (gap.sent if gap else 0)

@@ -1,4 +1,4 @@
-"""What the list of known deviations makes of results: excused, stale, or neither."""
+"""Results by the list of known deviations: excused, stale, or neither."""
 
 from collections.abc import Collection, Iterable, Sequence
 
@@ -6,7 +6,7 @@ from conformance.device.known_deviations import KnownDeviation
 from conformance.dialogue.cause_of import GENERAL
 from conformance.run.verdict import CaseResult, Verdict
 
-# They say that a case was tried, and what came of it.
+# The verdicts of a case that was tried.
 JUDGED = (
     Verdict.PASS,
     Verdict.NON_STRICT,
@@ -16,7 +16,7 @@ JUDGED = (
     Verdict.STALE,
 )
 CUT_SHORT = (Verdict.NOT_RUN, Verdict.BENCH_ERROR)
-# They say what is wrong with the device; with one of these an entry has its reason still.
+# The verdicts of a failure; with one of these an entry is still needed.
 MEETING = (Verdict.KNOWN_DEVIATION, Verdict.NON_STRICT, Verdict.NOT_TESTABLE)
 
 
@@ -115,7 +115,7 @@ def stale_entries(
 
 
 def _meets(result: CaseResult, known: KnownDeviation) -> bool:
-    """Say whether a case has met what an entry is for; one that only might have has not."""
+    """Say whether a case has met the defect of an entry for certain."""
     if result.verdict not in MEETING:
         return False
     return bool(result.broken_rules) and known.excuses(

@@ -151,9 +151,9 @@ class Restorer:
         return staying
 
     def _left_still(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
-        """Return what stays as a reset has found it, of what earlier cases have left, or made it.
+        """Return the objects that a reset did not change back to their own values.
 
-        What is very long is not read for it: it is in doubt until a case needs it, or the end.
+        A very long value is not read for it: it is in doubt until a case needs it, or the end.
         """
         contents, staying = self.device.contents, set[Multiplexer]()
         for mux, value in contents.due(written).items():

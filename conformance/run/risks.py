@@ -1,4 +1,4 @@
-"""What a case is about to send, seen from a server that may not survive it.
+"""The risky frames of cases, which a server may not survive.
 
 Servers stop at frames that their authors never met: of another length than 8 bytes, remote ones,
 with a 29-bit identifier, segments that are lost, specifiers that mean nothing. A case states its
@@ -63,7 +63,7 @@ class Risk:
     def was_met(self, sent: Iterable[CanFrame]) -> bool:
         """Say whether it was among the frames that were sent.
 
-        Whether a segment was lost, and what a random conversation held, no single frame tells.
+        A single frame does not show whether a segment was lost, or a conversation was random.
         """
         if self.kind in (Kind.LOST_SEGMENT, Kind.ANYTHING):
             return True
@@ -100,7 +100,7 @@ def of_length(length: int) -> Risk | None:
 
 
 def risk_of_frame(frame: CanFrame) -> Risk:
-    """Return what is unusual about a frame, or else which service it asks for."""
+    """Return the oddity of a frame, or else its service."""
     if frame.remote:
         return REMOTE
     if frame.extended:

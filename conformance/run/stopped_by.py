@@ -1,8 +1,8 @@
-"""What has stopped a device in this run, so that the same is not tried again and again.
+"""Cases that have stopped a device in this run: the same is not tried again and again.
 
 A device that can be brought back is lost as often as it takes to know why. A cause is the kind of
 stimulus that a case is about, or the case itself, in all its variations, where it did not come to
-that. What has stopped the device twice by one cause is not tried a third time.
+that. A cause that has stopped the device twice is not tried a third time.
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""What a case found: verdicts, the second axis, and results as the reports take them."""
+"""Results of cases: verdicts, the second axis, and results as the reports take them."""
 
 from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
@@ -128,7 +128,7 @@ class CaseResult:
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
-        """Read what ``as_dict`` returned."""
+        """Read the result of ``as_dict``."""
         result = cls(**values)
         result.verdict = Verdict(result.verdict)
         result.afterwards = Afterwards(result.afterwards)

@@ -1,4 +1,4 @@
-"""The kinds of answers and requests, without objects, numbers and data: causes are told by them.
+"""The kinds of answers and requests, without objects, numbers and data: causes have them.
 
 Their names are those of reports and of lists of known causes. ``describe`` has other words, which
 may change.

@@ -1,6 +1,6 @@
 """The sights that break a rule: a silence, an answer, other data, an odd frame, or something else.
 
-Each has a ``kind``, by which causes are told, and ``words`` for people.
+Each has a ``kind``, which identifies causes, and ``words`` for people.
 """
 
 from abc import ABC, abstractmethod

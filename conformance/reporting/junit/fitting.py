@@ -23,7 +23,7 @@ WORST = 6
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A test case of the file: a result, or several that fared alike and are told together.
+    """A test case of the file: a result, or several with one outcome, put together.
 
     ``service`` is that of the suite in which it stands.
     """
@@ -83,7 +83,7 @@ def rows_that_fit(results: Sequence[CaseResult], most: int, *, strict: bool) -> 
 
 
 def _rows(results: Sequence[CaseResult], place: Callable[[CaseResult], Place]) -> list[Row]:
-    """Put together the results of each device that are told in the same place."""
+    """Put together the results of each device with the same place."""
     found: dict[tuple[int, Place], list[CaseResult]] = {}
     for result in results:
         found.setdefault((result.node_id, place(result)), []).append(result)

@@ -30,7 +30,7 @@ class Facts:
     ``steady`` says that the value stays until a client writes it; without that, values are not
     compared. ``low`` and ``high`` are limits of a number, both included; ``any_value`` says that
     every value within them is taken. A string or domain surely has room for ``capacity`` bytes.
-    Its ``habits`` are told elsewhere: they are allowed here.
+    Its ``habits`` are reported elsewhere: they are allowed here.
 
     ``reads_by`` is the rule by which it reads as it does, ``read_only`` that by which it refuses
     every download, ``takes_by`` that by which it refuses all values but those that it ``takes``.
