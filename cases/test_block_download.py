@@ -2,8 +2,10 @@
 
 from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
+from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import (
+    Gap,
     lose_one,
     lose_segment,
     send_again,
@@ -25,14 +27,18 @@ from conformance.sdo.frames import (
     BlockEnd,
     BlockSegment,
 )
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import RESERVED
 from conformance.sdo.seen import Data, Received, said
+from conformance.sdo.unsent import Unsent
 
 INITIATE = "7.2.4.3.9"
 CRC = "7.2.4.3.16"
 SERVICE = "7.2.4.2.10"
 # A whole sub-block of any size, and a segment more.
 LONG_BURST = 7 * 128
+# Three segments.
+LENGTH_OF_GAP = 20
 
 
 @must(
@@ -182,6 +188,38 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
         return
     send_again(sdo, variable, gap)
     sdo.expect_value(variable, gap.data)
+
+
+@must(
+    "block-download.lost-later",
+    "block.progress",
+    "block-download.gap",
+    "block-download.first-lost",
+    "block.acknowledgement",
+    risk=LOST_SEGMENT,
+    sub_block={"second": 2, "third": 3},
+)
+def test_lost_later(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, sub_block: int
+) -> None:
+    """A gap in a later sub-block is acknowledged as such, and what is sent again is taken."""
+    before = SEGMENT_LENGTH * LARGEST_BLOCK * (sub_block - 1)
+    data = sdo.payload(room.fit(variable, before + LENGTH_OF_GAP, least=TWO_SEGMENTS))
+    response = blocks.initiate_download(variable, len(data))
+    unsent = Unsent(data, response.block_size)
+    for _ in range(sub_block - 1):
+        whole = unsent.sub_block()
+        if len(whole) < response.block_size:
+            break
+        blocks.send_sub_block(whole)
+        unsent.acknowledged(blocks.acknowledged(variable, len(whole)), whole)
+    if len(unsent.sub_block()) < 2:
+        sdo.end_transfer()
+        raise NotTestable(f"{variable} has room for too few sub-blocks: name another object")
+    if not lose_one(sdo, variable, unsent, 0):
+        return
+    send_again(sdo, variable, Gap(unsent, crc16(data) if response.crc_supported else 0))
+    blocks.expect_value(variable, data)
 
 
 @may("block-download.repeated-segment", risk=LOST_SEGMENT)

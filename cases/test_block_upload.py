@@ -33,6 +33,8 @@ INITIATE = "7.2.4.3.13"
 SUB_BLOCK = "7.2.4.3.14"
 CRC = "7.2.4.3.16"
 LENGTH = 60
+# Of two segments each.
+THREE_SUB_BLOCKS = 36
 PADDED = 5
 
 
@@ -221,6 +223,27 @@ def test_acknowledged(
         return received
 
     expect_data(sdo, variable, data, blocks.upload(variable, acknowledge=acknowledge))
+
+
+@must(
+    "block-upload.acknowledged-later",
+    "block-upload.acknowledged",
+    "block-upload.nothing-acknowledged",
+    "block-upload.retransmission-numbering",
+    lost={"second-all": (2, 0), "second-last": (2, 1), "third-all": (3, 0), "third-last": (3, 1)},
+)
+def test_acknowledged_later(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, lost: tuple[int, int]
+) -> None:
+    """What was not acknowledged of a later sub-block comes again, from there."""
+    data = room.prepare(variable, LENGTH, least=THREE_SUB_BLOCKS)
+    sub_block, taken = lost
+    seen = iter(range(1, len(data)))
+
+    def acknowledge(received: int) -> int:
+        return min(taken, received) if next(seen) == sub_block else received
+
+    expect_data(sdo, variable, data, blocks.upload(variable, block_size=2, acknowledge=acknowledge))
 
 
 @must(

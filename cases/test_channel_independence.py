@@ -11,7 +11,13 @@ from conformance.dialogue.channels import Channels, interleave
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import same_value
+from conformance.model_cases.conversations.conversation import Kind
+from conformance.model_cases.conversations.search import ConversationSearch
+from conformance.model_cases.elsewhere import CONVERSATIONS, LONG, expect_carried
+from conformance.model_cases.matrix.field import perform_stimulus
+from conformance.model_cases.matrix.sample import Field, risk_of, sample
 from conformance.run.case import may, must
+from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
 from conformance.sdo.describe import in_words, shown
@@ -305,3 +311,44 @@ def test_segment_elsewhere(
             download = DownloadSegment.with_data(sdo.payload(7), toggle=1)
             another.expect_dead(UploadSegment(1) if kind == "upload" else download)
             one.end_transfer()
+
+
+# Transfers on a further channel, right and wrong ones
+
+
+@must(
+    "independence.frame",
+    "response.specifier",
+    "response.answered",
+    "server.idle-afterwards",
+    risk=risk_of,
+    field=sample(turn=1),
+)
+def test_frame(text: KnownObject, channels: Channels, field: Field) -> None:
+    """On a further channel, a frame in a state of the server gets an answer allowed there."""
+    with channels.further() as other:
+        perform_stimulus(field.state, field.stimulus, other, text)
+
+
+@must("independence.long", "upload.size", "block-upload.next-sub-block", protocol=LONG)
+def test_long(
+    sdo: Dialogue, room: Room, variable: KnownObject, channels: Channels, protocol: int
+) -> None:
+    """On a further channel, a long value is written and read, in segments and in blocks."""
+    data = sdo.payload(room.fit(variable, protocol, least=8))
+    with channels.further() as other:
+        expect_carried(other, variable, data, in_blocks=protocol == LONG["block"])
+
+
+@must(
+    "independence.conversation",
+    "upload.size",
+    "server.idle-afterwards",
+    "server.value-kept",
+    risk=LOST_SEGMENT,
+    kind=CONVERSATIONS,
+)
+def test_conversation(conversations: ConversationSearch, channels: Channels, kind: Kind) -> None:
+    """On a further channel, random transfers carry their values, disturbed or not."""
+    with channels.further() as other:
+        conversations.run(kind, other)

@@ -14,6 +14,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.network import Network
 from conformance.dialogue.object_expectations import (
@@ -26,8 +27,14 @@ from conformance.dialogue.object_expectations import (
     value_of,
 )
 from conformance.dialogue.values import of_another_length, same_value
+from conformance.model_cases.conversations.conversation import Kind
+from conformance.model_cases.conversations.search import ConversationSearch
+from conformance.model_cases.elsewhere import CONVERSATIONS, LONG, expect_carried, require_writes
+from conformance.model_cases.matrix.field import perform_stimulus
+from conformance.model_cases.matrix.sample import Field, risk_of, sample
 from conformance.run import object_choices as choose
 from conformance.run.case import must
+from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import shown
 from conformance.sdo.frames import BlockUploadInitiate, DownloadInitiate, UploadInitiate
@@ -196,3 +203,51 @@ def _expect_missing(sdo: Dialogue, blocks: Blocks, missing: Multiplexer, *codes:
         sdo.expect_abort(*codes, of=missing)
     sdo.send(DownloadInitiate.with_data(missing, bytes(4)))
     sdo.expect_abort(*codes, of=missing)
+
+
+# Transfers, right and wrong ones
+
+
+@must(
+    "other-state.frame",
+    "response.specifier",
+    "response.answered",
+    "server.idle-afterwards",
+    *STATES,
+    risk=risk_of,
+    field=sample(turn=0),
+)
+def test_frame(sdo: Dialogue, text: KnownObject, network: Network, field: Field) -> None:
+    """In the other NMT state, a frame in a state of the server gets an answer allowed there."""
+    with network.in_other_state():
+        require_writes(sdo)
+        perform_stimulus(field.state, field.stimulus, sdo, text)
+
+
+@must("other-state.long", "upload.size", "block-upload.next-sub-block", *STATES, protocol=LONG)
+def test_long(
+    sdo: Dialogue, room: Room, variable: KnownObject, network: Network, protocol: int
+) -> None:
+    """In the other NMT state, a long value is written and read, in segments and in blocks."""
+    data = sdo.payload(room.fit(variable, protocol, least=8))
+    with network.in_other_state():
+        require_writes(sdo)
+        expect_carried(sdo, variable, data, in_blocks=protocol == LONG["block"])
+
+
+@must(
+    "other-state.conversation",
+    "upload.size",
+    "server.idle-afterwards",
+    "server.value-kept",
+    *STATES,
+    risk=LOST_SEGMENT,
+    kind=CONVERSATIONS,
+)
+def test_conversation(
+    sdo: Dialogue, conversations: ConversationSearch, network: Network, kind: Kind
+) -> None:
+    """In the other NMT state, random transfers carry their values, disturbed or not."""
+    with network.in_other_state():
+        require_writes(sdo)
+        conversations.run(kind)

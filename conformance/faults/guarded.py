@@ -33,16 +33,17 @@ class WatchedNode(Node):
         super().__init__(node_id, *servers, server_timeout=server_timeout)
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
-        """Look at the situation, then react."""
+        """Look at the situation, then react.
+
+        A frame of no channel is looked at as if it were on the default one, and not remembered.
+        """
         channel = Node.channel_of(self, frame)
-        if channel is None:
-            answers = super().receive(frame)
-            self.watch.looked_at(self)
-            return answers
-        number = self.channels.index(channel)
-        self.decide(self.guard.holds(self.watch.situation(self, number, frame.data)))
+        number = self.channels.index(channel) if channel else 0
+        situation = self.watch.situation(self, number, frame.data, counts=channel is not None)
+        self.decide(self.guard.holds(situation))
         answers = super().receive(frame)
-        self.watch.answered(number, answers)
+        if channel is not None:
+            self.watch.answered(number, answers)
         self.watch.looked_at(self)
         return answers
 

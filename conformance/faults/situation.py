@@ -176,14 +176,15 @@ class Watch:
         """Return what has happened on a channel."""
         return self.pasts.setdefault(channel, Past())
 
-    def situation(self, node: Node, channel: int, frame: bytes) -> Situation:
-        """Return the situation of a request, and remember the request."""
+    def situation(self, node: Node, channel: int, frame: bytes, *, counts: bool) -> Situation:
+        """Return the situation of a request, and remember one that ``counts``."""
         server = node.channels[channel].server
         request = DryServer(server).decode(whole_frame(frame))
         past = self.past(channel)
         if past.running and server.transfer is None:
             past.ended = Ended.BY_TIME_OUT
-        past.take(request, server.transfer)
+        if counts:
+            past.take(request, server.transfer)
         return Situation(node, channel, frame, request, past)
 
     def answered(self, channel: int, answers: list[CanFrame]) -> None:

@@ -72,6 +72,7 @@ def scripts() -> Iterator[Script]:
     yield from _thresholds()
     yield from _unfinished_uploads()
     yield from _superseded()
+    yield from _lost_later()
 
 
 def frame(message: Message | bytes) -> CanFrame:
@@ -373,3 +374,10 @@ def _superseded() -> Iterator[Script]:
             for second in SERVICES:
                 begun = left(short_transfer(first), position)
                 yield (stored(20), begun, short_transfer(second, 1), _read(TEXT))
+
+
+def _lost_later() -> Iterator[Script]:
+    """Yield block downloads in which a segment of the second sub-block gets lost."""
+    for position in (128, 129):
+        lost = Disturbance(position, Event.LOSE)
+        yield (disturbed(Transfer(Service.BLOCK_DOWNLOAD, TEXT, 920), lost), *_read_back(TEXT))

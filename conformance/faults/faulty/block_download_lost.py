@@ -6,7 +6,10 @@ from conformance.faults.registry import Defect, fault
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockAck, BlockDownloadInitiate, BlockEnd, BlockSegment, Response
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import ObjectDictionary, Refusal
+
+FIRST_SUB_BLOCK = LARGEST_BLOCK * SEGMENT_LENGTH
 
 
 class _Gaps(Server):
@@ -38,6 +41,17 @@ class GapNotNoticed(Server):
     def on_block_segment(self, request: BlockSegment) -> list[Response]:
         if isinstance(self.transfer, BlockDownload):
             self.transfer.due = max(self.transfer.due, request.sequence)
+        return super().on_block_segment(request)
+
+
+@fault("block-download-later-gap-not-noticed", Defect.LOST_SEGMENTS, "block-download.lost-later")
+class LaterGapNotNoticed(GapNotNoticed):
+    """Stores what follows a gap, and acknowledges it, behind the first sub-block."""
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload) and len(transfer.data) < FIRST_SUB_BLOCK:
+            return Server.on_block_segment(self, request)
         return super().on_block_segment(request)
 
 

@@ -103,6 +103,18 @@ class Skipped(ReadsAcknowledgements):
 
 
 @fault(
+    "block-upload-later-unacknowledged-skipped",
+    Defect.LOST_SEGMENTS,
+    "block-upload.acknowledged-later",
+)
+class LaterSkipped(Skipped):
+    """Goes on behind a later sub-block than the first of which some segments are acknowledged."""
+
+    def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
+        return super().read(transfer, request) if transfer.offset else request
+
+
+@fault(
     "block-upload-ackseq-0-taken-for-all", Defect.LOST_SEGMENTS, "block-upload.acknowledged[none]"
 )
 class NoneIsAll(ReadsAcknowledgements):

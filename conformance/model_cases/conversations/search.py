@@ -3,6 +3,7 @@
 import time
 
 from conformance.device.not_testable import Lack, Missing, NotTestable
+from conformance.dialogue.dialogue import Dialogue
 from conformance.model_cases.conversations.conversation import Conversation, Kind
 from conformance.model_cases.conversations.device_objects import DeviceObjects, survey
 from conformance.model_cases.conversations.plan import SearchPlan
@@ -28,8 +29,10 @@ class ConversationSearch:
         """Take the next try of the case."""
         self._run = run
 
-    def run(self, kind: Kind) -> None:
+    def run(self, kind: Kind, on: Dialogue | None = None) -> None:
         """Try what failed the last time, then random conversations of a kind.
+
+        They run ``on`` a further channel where it is given.
 
         Raises Violation, with the frames of the shortest failing conversation as those of the
         case; NotTestable without a string or domain, or without examples; BenchError.
@@ -42,7 +45,7 @@ class ConversationSearch:
         # hypothesis takes long to import, and a run of chosen cases mostly draws nothing.
         from conformance.model_cases.conversations.hunt import Hunt
 
-        sdo, result = self._run.sdo, self._run.result
+        sdo, result = on or self._run.sdo, self._run.result
         objects = survey(sdo)
         trials = Trials(self._session, sdo, objects)
         hunt = Hunt(trials, self._plan, sdo.info)
