@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "log",
         nargs="?",
         help="a file of 'candump -L' or the bus.log of a run, also packed with gzip; - for the "
-        "standard input; .asc, .blf, .csv, .trc and other formats of python-can",
+        "standard input; as candump shows it; .asc, .blf, .csv, .trc and what python-can reads",
     )
     add_option(parser, NODE_ID, help="show this node only")
     parser.add_argument(

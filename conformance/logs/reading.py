@@ -1,7 +1,8 @@
 """Logs of a bus, as recorders write them: frame by frame, whatever the file holds.
 
-Lines of ``candump -L`` are read here, so that a bad one is told with its number, and a log may be
-of any size, packed by gzip, or a pipe that still grows. All other forms are read by python-can.
+Lines of ``candump -L``, and those that people paste, are read here, so that a bad one is told with
+its number, and a log may be of any size, packed by gzip, or a pipe that still grows. All other
+forms are read by python-can.
 """
 
 import gzip
@@ -23,6 +24,7 @@ from can.io.blf import BLFParseError
 
 from conformance.bus.messages import to_frame
 from conformance.device.files import shortened
+from conformance.logs.pasted import is_no_frame, parse_pasted, plain
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.printable_text import inert
@@ -30,6 +32,9 @@ from conformance.sdo.printable_text import inert
 STANDARD_INPUT = "-"
 # Formats that python-can knows by the end of the name; .gz may follow.
 TEXT_READERS = {".asc": can.ASCReader, ".csv": can.CSVReader, ".trc": can.TRCReader}
+# How those begin that python-can reads.
+HEADS = {".asc": b"date", ".csv": b"timestamp,", ".trc": b";"}
+SAVVY_HEAD = b"time stamp,id,"
 BLOCKS = ".blf"
 OTHER_FORMS = (*TEXT_READERS, BLOCKS, ".db", ".mf4")
 PACKED = b"\x1f\x8b"
@@ -46,9 +51,6 @@ _LINE = re.compile(
     rb"(?:([0-9A-Fa-f]{8})|([0-9A-Fa-f]{3}))"
     rb"#(?:((?:[0-9A-Fa-f]{2}){0,8})|(R)([0-8])?|(#\S*|[^\s:]*:\S*))"
     rb"(?:_[0-9A-Fa-f])?(?: +(\S{1,8}))?\s*"
-)
-_SHOWN = re.compile(
-    rb"(?:\([\d.]{1,20}\) +)?\S{1,16} {1,4}(?:[RT]X [ \-BE]{0,6})?[0-9A-F]{3,8} {1,4}\[\d"
 )
 _SENT = b"T"
 _ERROR_FRAME = 0x20000000
@@ -149,7 +151,24 @@ class RecordedLog:
         suffixes = [suffix.lower() for suffix in Path(name).suffixes[-2:]]
         form = suffixes[-2:-1] if suffixes[-1:] == [".gz"] else suffixes[-1:]
         self._form = next((form for form in form if form in OTHER_FORMS), "")
+        if self._form in HEADS and not self._has_head():
+            self._form = ""
         self.unit = "frame" if self._form else "line"
+        self._raw_time = self._time = 0.0
+        self._has_deltas = False
+
+    def _has_head(self) -> bool:
+        """Say whether a log begins as python-can asks for; a part that was pasted does not."""
+        if not Path(self._name).is_file():
+            return True
+        with ExitStack() as stack:
+            try:
+                first = plain(self._open(stack).readline(LONGEST_LINE))
+            except (EOFError, zlib.error, gzip.BadGzipFile):
+                return True
+        # An empty file, and what is no text, are for python-can to refuse.
+        known = parse_pasted(first) is not None or first.lower().startswith(SAVVY_HEAD)
+        return not known or first.lower().startswith(HEADS[self._form])
 
     def __iter__(self) -> Iterator[Seen]:
         """Read the log, the first frame at time 0; raises LogError and OSError."""
@@ -206,8 +225,7 @@ class RecordedLog:
         """Return the frame of a line, None for one that is none of SDO or NMT; raises LogError."""
         found = _LINE.fullmatch(line)
         if found is None:
-            self._no_frame(number, line)
-            return None
+            return self._pasted(number, line)
         time, bus, long_id, short_id, data, remote, length, other, mark = found.groups()
         if data is not None and len(data) < 2 * FRAME_LENGTH and not line.endswith(b"\n"):
             self.notes.append(f"{self._place(number)}: the last line is cut off, and left out")
@@ -223,6 +241,36 @@ class RecordedLog:
             int(length or 0) if remote else None,
         )
         return self._seen(number, float(time), bus, frame, sent=mark == _SENT)
+
+    def _pasted(self, number: int, line: bytes) -> Seen | None:
+        """Return the frame of a line of another form than that of candump -L."""
+        content = plain(line)
+        if content and _LINE.fullmatch(content) and content != line.strip():
+            return self._line(number, content + b"\n")
+        pasted = parse_pasted(content) if len(line) < LONGEST_LINE else None
+        if pasted is None:
+            if not is_no_frame(content):
+                self._no_frame(number, line)
+            return None
+        return self._seen(
+            number, self._moment(pasted.time), pasted.bus, pasted.frame, sent=pasted.sent
+        )
+
+    def _moment(self, time: float | None) -> float:
+        """Return the time of a line; of what has none, that of the line before.
+
+        What candump shows with -t d are differences: the first that is less than the one before it
+        gives them away.
+        """
+        if time is None:
+            return self._time
+        if self._begin is None:
+            self._raw_time = self._time = time
+            return time
+        self._has_deltas = self._has_deltas or time < self._raw_time
+        self._time += time if self._has_deltas else time - self._raw_time
+        self._raw_time = time
+        return self._time
 
     def _no_frame(self, number: int, line: bytes) -> None:
         place = self._place(number)
@@ -240,11 +288,10 @@ class RecordedLog:
         if not line.endswith(b"\n"):
             self.notes.append(f"{place}: the last line is cut off, and left out")
             return
-        shown = _SHOWN.match(line.strip()[:80])
-        hint = " Without -L candump shows them so: record with it." if shown else ""
         raise LogError(
             f"{place}: {shortened(_text(line.strip()))} is no frame as candump -L writes it, "
-            f"(1700000000.000000) can0 605#4000100000000000.{hint}"
+            "(1700000000.000000) can0 605#4000100000000000, nor one as candump shows it, nor a "
+            "line of SavvyCAN's CSV, of a .trc or of an .asc file."
         )
 
     # Formats of python-can

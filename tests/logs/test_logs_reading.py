@@ -77,9 +77,79 @@ def test_a_broken_line_is_named(tmp_path: Path, line: str) -> None:
     assert told.isprintable()
 
 
-def test_what_candump_shows_without_l_is_known(tmp_path: Path) -> None:
-    shown = "  can0  605   [8]  40 18 10 01 00 00 00 00\n"
-    assert "Without -L candump shows them so" in refused(written(tmp_path, shown))
+REQUEST, RESPONSE = "40 18 10 01 00 00 00 00", "43 18 10 01 04 00 00 00"
+PASTED = {
+    "candump": f"  can0  605   [8]  {REQUEST}\n  can0  585   [8]  {RESPONSE}   'C.......'\n",
+    "candump -t a": (
+        f" (1700000000.000100)  can0  605   [8]  {REQUEST}\n"
+        f" (1700000000.000200)  can0  585   [8]  {RESPONSE}\n"
+    ),
+    "candump -t A": (
+        f" (2023-11-14 22:13:20.000100)  can0  605   [8]  {REQUEST}\n"
+        f" (2023-11-14 22:13:20.000200)  can0  585   [8]  {RESPONSE}\n"
+    ),
+    "candump -t d": (
+        f" (000.000000)  can0  605   [8]  {REQUEST}\n (000.000100)  can0  585   [8]  {RESPONSE}\n"
+    ),
+    "candump -x": (
+        f"  can0  TX - -  605   [8]  {REQUEST}\n  can0  RX - -  585   [8]  {RESPONSE}\n"
+    ),
+    "colours": f"\x1b[31m  can0  605   [8]\x1b[0m  {REQUEST}\n  can0  585   [8]  {RESPONSE}\n",
+    "a byte order mark": "\ufeff" + "".join(LINES),
+    "comments": f"# power on\n{LINES[0]}; then\n// and\n{LINES[1]}",
+    "SavvyCAN": (
+        "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2,D3,D4,D5,D6,D7,D8\n"
+        f"1000,00000605,false,Tx,0,8,{REQUEST.replace(' ', ',')},\n"
+        f"1100,00000585,false,Rx,0,8,{RESPONSE.replace(' ', ',')},\n"
+    ),
+    "trc 1.1": (
+        f"     1)         0.1  Tx         0605  8  {REQUEST}\n"
+        f"     2)         0.2  Rx         0585  8  {RESPONSE}\n"
+    ),
+    "trc 2.0": (
+        f"      1         0.100 DT     0605 Tx 8  {REQUEST}\n"
+        f"      2         0.200 DT     0585 Rx 8  {RESPONSE}\n"
+    ),
+    "asc": (
+        f"   0.000100 1  605             Tx   d 8 {REQUEST}\n"
+        f"   0.000200 1  585             Rx   d 8 {RESPONSE}  Length = 244000 BitCount = 124\n"
+    ),
+}
+
+
+@pytest.mark.parametrize(("form", "text"), PASTED.items())
+def test_logs_as_people_paste_them(tmp_path: Path, form: str, text: str) -> None:
+    for ending in ("log", form.partition(" ")[0]):
+        path = written(tmp_path, text, f"bus.{ending}")
+        assert read(path) == [ASKED, "585#4318100104000000"]
+    times = [seen.time for seen in RecordedLog(str(path))]
+    has_times = form not in ("candump", "candump -x", "colours")
+    assert times == pytest.approx([0.0, 0.0001 if has_times else 0.0], abs=2e-6)
+
+
+def test_savvycan_writes_csv_as_python_can_does(tmp_path: Path) -> None:
+    assert len(read(written(tmp_path, PASTED["SavvyCAN"], "bus.csv"))) == 2
+
+
+def test_differences_of_time_are_added(tmp_path: Path) -> None:
+    lines = [f" (000.{time:06})  can0  605   [8]  {REQUEST}\n" for time in (0, 5000, 1000, 2000)]
+    times = [seen.time for seen in RecordedLog(str(written(tmp_path, "".join(lines))))]
+    assert times == pytest.approx([0.0, 0.005, 0.006, 0.008])
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "  can0  605   [8]  40 18 10",
+        "  can0  605   [9]  40 18 10 01 00 00 00 00 00",
+        "1000,00000605,false,Tx,0,8,40,18",
+        " (2023-13-14 22:13:20.000100) can0",
+    ],
+)
+def test_a_line_that_is_cut_off_is_named_with_all_forms(tmp_path: Path, line: str) -> None:
+    told = refused(written(tmp_path, f"{line}\n"))
+    assert "line 1" in told
+    assert "nor one as candump shows it, nor a line of SavvyCAN's CSV" in told
 
 
 @pytest.mark.parametrize("cut", ["(1700000000.0003", "(1700000000.000300) can0 605#40181001"])
