@@ -30,7 +30,7 @@ FILES = {
 SECTIONS = {
     "Use": "first-run device eds options result reports deviations endings ci lab own-tests server",
     "What is tested": "cases rules/index faults official-test limits",
-    "Develop": "architecture contributing changelog",
+    "Develop": "architecture testing contributing changelog",
 }
 # The text of a link may be a picture, then it is left out.
 LINK = re.compile(r"(\[[^\[\]]*)?\]\(([^)#:\s]+)(#[^)]*)?\)")

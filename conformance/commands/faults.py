@@ -14,7 +14,7 @@ LEGEND = """\
 A run has to fail a faulty server, and to pass an unusual one. To see it do so:
 
     pytest --self-test --sdo-simulated --sdo-fault=NAME     NAME+NAME deviates in both ways
-    pytest --self-test --sdo-simulated --sdo-fault=NAME@GUARD    only while the guard holds
+    pytest --self-test --sdo-simulated --sdo-fault=NAME@GUARD     a fault under one condition
     conformance serve --node-id 5 --fault NAME
 
   NAME [kind of defect]        the case by which it fails first
@@ -37,10 +37,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     kinds = parser.add_mutually_exclusive_group()
     kinds.add_argument("--faulty", action="store_true", help="only the faulty ones")
     kinds.add_argument("--unusual", action="store_true", help="only the unusual ones")
+    kinds.add_argument("--guards", action="store_true", help="the guards of NAME@GUARD instead")
 
 
 def run(options: argparse.Namespace) -> int:
     """Print each server with a sentence; raises ValueError where there is none."""
+    if options.guards:
+        for guard in guards().values():
+            print(f"{guard.name:24} only {guard.sentence}")
+        return DONE
     words = [word.lower() for given in options.words for word in given.split()]
     found = [each for each in all_deviations() if all(word in _text(each) for word in words)]
     faulty = [] if options.unusual else [each for each in found if each.is_fault]
@@ -53,10 +58,6 @@ def run(options: argparse.Namespace) -> int:
             print(f"{title} ({len(deviations)}):")
             for line in _lines(deviations):
                 print(line)
-    if not words:
-        print("guards:")
-        for guard in guards().values():
-            print(f"  {guard.name:24} only {guard.sentence}")
     return DONE
 
 

@@ -79,7 +79,7 @@ def _guard(name: str) -> Guard:
         return guards()[name]
     raise UnknownServer(
         f"There is no guard called {name!r}.{meant(name, guards())} "
-        "'conformance faults' lists them."
+        "'conformance faults --guards' lists them."
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 
 from conformance.__main__ import COMMANDS, command_of, main
 from conformance.faults.catalogue import faults, unusual
+from conformance.faults.guards import guards
 from conformance.faults.registry import Defect
 
 
@@ -112,6 +113,11 @@ def test_some_kind_of_servers(capsys: pytest.CaptureFixture[str]) -> None:
     crc = names(listed(capsys, Defect.CRC, "--faulty"))
     assert {each.name for each in faults() if each.defect is Defect.CRC} <= crc
     assert crc < {each.name for each in faults()}
+
+
+def test_the_guards_of_faults(capsys: pytest.CaptureFixture[str]) -> None:
+    lines = listed(capsys, "--guards").splitlines()
+    assert [line.split()[0] for line in lines] == list(guards())
 
 
 def test_servers_by_words(capsys: pytest.CaptureFixture[str]) -> None:
