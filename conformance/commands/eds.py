@@ -16,7 +16,7 @@ from conformance.device.files import FileError
 from conformance.eds import rules
 from conformance.eds.findings import Finding, Place, Severity
 from conformance.eds.reading import DeviceFile, commissioned_node_id, read_file
-from conformance.reporting.junit.descriptions import FAILING, FAILING_IF_STRICT, description_suite
+from conformance.reporting.junit.descriptions import FAILING, FAILING_IF_STRICT, whole_suite
 from conformance.reporting.junit.tree import write_suites
 from conformance.sdo.printable_text import inert
 
@@ -51,11 +51,15 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError("--node-id goes with one file: that of this device")
     files = [_read(path, options.node_id) for path in options.files]
     for file in files:
-        for line in _json_lines(file) if options.json else _lines(file):
+        if options.json:
+            for finding in file.findings:
+                print(json.dumps(finding.record))
+            continue
+        for line in _lines(file):
             print(line)
     if options.junitxml:
         failing = FAILING_IF_STRICT if options.strict else FAILING
-        suites = [description_suite(file, failing) for file in files]
+        suites = [whole_suite(file.path.name, file.records, failing) for file in files]
         write_suites(options.junitxml, suites, {}, timestamp=f"{datetime.now(UTC):%FT%T}")
     status = _status([finding.severity for file in files for finding in file.findings], options)
     if options.node_id is None:
@@ -92,22 +96,6 @@ def _lines(file: DeviceFile) -> Iterator[str]:
     )
     objects = sum(bool(listed.entries) for listed in file.listing.objects.values())
     yield inert(f"{file.path}: {told}; {objects} objects, {len(file.listing.entries)} entries")
-
-
-def _json_lines(file: DeviceFile) -> Iterator[str]:
-    for finding in file.findings:
-        yield json.dumps(
-            {
-                "file": str(finding.path),
-                "line": finding.place.line,
-                "section": finding.place.section,
-                "rule": finding.rule.id,
-                "clause": finding.rule.clause,
-                "severity": finding.severity,
-                "sentence": finding.sentence,
-                "made": finding.made,
-            }
-        )
 
 
 def _hold_against(path: Path, options: argparse.Namespace) -> int:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
+from typing import TypedDict
 
 # A file of one mistake in each line says no more by its 200th.
 MOST_OF_A_RULE = 200
@@ -64,11 +65,40 @@ class Finding:
         """The sentence, and how the file is read."""
         return f"{self.sentence}. {self.made}." if self.made else f"{self.sentence}."
 
+    @property
+    def record(self) -> "FindingRecord":
+        """The finding as it stands in a record."""
+        return FindingRecord(
+            file=str(self.path),
+            line=self.place.line,
+            section=self.place.section,
+            rule=self.rule.id,
+            clause=self.rule.clause,
+            severity=self.severity.value,
+            sentence=self.sentence,
+            made=self.made,
+            text=str(self),
+        )
+
     def __str__(self) -> str:
         named = f"[{self.place.section}]"
         where = f"{named} " if self.place.section and named not in self.sentence else ""
         told = f"{where}{self.text} [{self.rule.id}, {self.rule.clause}]"
         return f"{self.where}: {self.severity}: {told}"
+
+
+class FindingRecord(TypedDict):
+    """A finding in JSON; ``text`` is all of it in a line."""
+
+    file: str
+    line: int | None
+    section: str
+    rule: str
+    clause: str
+    severity: str
+    sentence: str
+    made: str
+    text: str
 
 
 @dataclass(slots=True)

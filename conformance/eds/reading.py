@@ -12,7 +12,7 @@ from conformance.device.files import FileError, read_bytes
 from conformance.eds import rules
 from conformance.eds.checks import check, check_text
 from conformance.eds.entries import LEFT_OUT
-from conformance.eds.findings import Finding, Findings, Place
+from conformance.eds.findings import Finding, FindingRecord, Findings, Place
 from conformance.eds.objects import ListingReader
 from conformance.eds.text import COMMISSIONING, NODE_ID_KEY, Sections, by_object, sections_of
 from conformance.eds.values import parse_number
@@ -32,6 +32,11 @@ class DeviceFile:
     listing: Listing
     findings: tuple[Finding, ...]
     left_out: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def records(self) -> list[FindingRecord]:
+        """The findings as they stand in a record."""
+        return [finding.record for finding in self.findings]
 
     @classmethod
     def unreadable(cls, path: Path, finding: Finding) -> Self:

@@ -3,7 +3,6 @@
 import hashlib
 import platform
 import sys
-from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,13 +11,15 @@ import pytest
 
 from conformance import __version__
 from conformance.device.device import TEXTS, Device
-from conformance.device.eds_listing import Listing
 from conformance.device.effort import Effort
 from conformance.device.options import BUDGET, DEVICE, EDS
+from conformance.eds.reading import read_file
 from conformance.plugin.state import RunState
 from conformance.reporting.summary import device_properties, run_properties
 from conformance.sdo.cob_id import ChannelIds
 
+# So many findings go into the record of a run; conformance eds shows all.
+MOST_FINDINGS = 300
 _PACKAGES = ("pytest", "python-can", "canopen", "hypothesis")
 
 
@@ -46,7 +47,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "bus_arguments": run.bus.arguments,
         "self_test": options.self_test,
         "server": options.server,
-        "eds": None if eds is None else {**_file(eds), "revision": _revision(run.listings)},
+        "eds": None if eds is None else {**_file(eds), **_about_eds(eds, options.node_ids[0])},
         "description": None if device is None else _file(device),
         "permissions": sorted(run.permits.permissions),
         "writable": [str(known.mux) for known in run.permits.named if known.access.writable],
@@ -62,9 +63,15 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
     }
 
 
-def _revision(listings: Mapping[int, Listing]) -> str:
-    """Return the version of the EDS of the devices."""
-    return next((listing.revision for listing in listings.values()), "")
+def _about_eds(path: Path, node_id: int) -> dict[str, Any]:
+    """Return what the description of the devices lists, and what is wrong with it."""
+    file = read_file(path, node_id)
+    return {
+        "revision": file.listing.revision,
+        "objects": sum(bool(listed.entries) for listed in file.listing.objects.values()),
+        "entries": len(file.listing.entries),
+        "findings": file.records[:MOST_FINDINGS],
+    }
 
 
 def _file(path: Path) -> dict[str, str]:

@@ -13,6 +13,7 @@ from types import UnionType
 from typing import Any, NotRequired, TypedDict, get_args, get_origin, get_type_hints, is_typeddict
 
 from conformance.device.not_testable import Missing
+from conformance.eds.findings import FindingRecord
 from conformance.reporting.bus_log import Place
 from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult
@@ -30,6 +31,9 @@ class NamedFile(TypedDict):
     name: str
     sha256: str
     revision: NotRequired[str]
+    objects: NotRequired[int]
+    entries: NotRequired[int]
+    findings: NotRequired[list[FindingRecord]]
 
 
 class About(TypedDict):
@@ -168,7 +172,18 @@ def places_of(values: Mapping[str, Any]) -> list[Place | None]:
 
 _HINTS: dict[type, dict[str, Any]] = {
     kind: get_type_hints(kind)
-    for kind in (CaseResult, Cause, Missing, TraceLine, Place, About, Discovered, Ended, NamedFile)
+    for kind in (
+        CaseResult,
+        Cause,
+        Missing,
+        TraceLine,
+        Place,
+        About,
+        Discovered,
+        Ended,
+        NamedFile,
+        FindingRecord,
+    )
 }
 # Values of a result that are objects in JSON, with exactly their fields.
 _VALUES = (Cause, Missing, TraceLine)

@@ -1,8 +1,10 @@
 """The reports that are made of a recorded run: at its end, and from its folder at any time."""
 
+from functools import partial
 from pathlib import Path
 
 from conformance.reporting.junit.cases import write_junit
+from conformance.reporting.junit.descriptions import suite_of_run
 from conformance.reporting.junit.rules import write_causes
 from conformance.reporting.page.observed import Observed
 from conformance.reporting.page.writing import write_page
@@ -21,7 +23,13 @@ def write_reports(
     Raises OSError.
     """
     paths = [folder / JUNIT, folder / CAUSES]
-    for path, write in zip(paths, (write_junit, write_causes), strict=True):
+    described = run.about.get("eds") or {}
+    found = described.get("findings", [])
+    further = suite_of_run(Path(described["name"]).name, found) if found else []
+    for path, write in (
+        (paths[0], partial(write_junit, further=further)),
+        (paths[1], partial(write_causes)),
+    ):
         write(
             path,
             run.by_device,

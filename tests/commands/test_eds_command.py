@@ -65,6 +65,8 @@ def test_json_lines(capsys: pytest.CaptureFixture[str]) -> None:
         "severity": "error",
         "sentence": "AccessType=UNKNOWN is unknown",
         "made": "No case is about the entry",
+        "text": f"{FAULTY}:69: error: [6300] AccessType=UNKNOWN is unknown. No case is about the "
+        "entry. [eds.access, CiA 306-1 clause 6.6.3.2]",
     }
 
 

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from plugin_runs import NODE_ID, hosted, run
+from plugin_runs import NODE_ID, hosted, parsed, run, the_report
 
 from conformance.__main__ import main
 from conformance.bus.opening import BusSettings, open_bus
@@ -117,6 +117,26 @@ def test_a_server_made_of_any_file_passes_a_quick_run(pytester: pytest.Pytester,
     with hosted(build_node(None, NODE_ID, read_eds(FILES / name, NODE_ID))) as bus:
         result = run(pytester, "--sdo-device=device.toml", *bus, "--sdo-quick")
     assert result.ret == pytest.ExitCode.OK, result.stdout.str()
+
+
+def test_the_reports_have_a_part_on_the_description(pytester: pytest.Pytester) -> None:
+    path = FILES / "faulty" / "access-unknown.eds"
+    with hosted(build_node(None, NODE_ID, read_eds(path, NODE_ID))) as bus:
+        device = (f"--node-id={NODE_ID}", f"--sdo-eds={path}")
+        result = run(pytester, *device, *bus, "-k", "od.read or od.length")
+    assert result.ret == pytest.ExitCode.OK
+    folder = the_report(pytester)
+    (suite,) = (
+        suite
+        for suite in parsed(folder / "junit.xml")
+        if suite.get("name") == "description access-unknown.eds"
+    )
+    assert (suite.get("tests"), suite.get("failures")) == ("3", "0")
+    names = [case.get("name") for case in suite.iter("testcase")]
+    assert names == ["eds.error-control", "eds.bit-rate", "eds.access"]
+    page = " ".join((folder / "report.html").read_text(encoding="utf-8").split())
+    assert "lists 3 objects with 4 entries; 4 of them had a case that passed or failed." in page
+    assert "line 69: [6300] AccessType=UNKNOWN is unknown. No case is about the entry." in page
 
 
 def test_a_server_made_of_a_file_has_what_is_listed_and_nothing_else() -> None:

@@ -33,13 +33,18 @@ def write_junit(
     timestamp: str,
     strict: bool = False,
     troubles: Sequence[str] = (),
+    further: Sequence[Suite] = (),
 ) -> None:
     """Write the results; ``properties`` describe device and run and stand in every suite.
 
     ``strict`` counts what is not strictly conformant as failed, as the run did. ``troubles`` are
-    those of the run that no result shows.
+    those of the run that no result shows. ``further`` are suites that are about no case.
     """
-    rows = rows_that_fit(results, MOST_CASES - len(troubles), strict=strict)
+    rows = rows_that_fit(
+        results,
+        MOST_CASES - len(troubles) - sum(len(suite.cases) for suite in further),
+        strict=strict,
+    )
     most = MOST_BYTES // max(1, len(rows))
     if len(rows) < len(results):
         told = f"{counted(len(results))}, told in {len(rows)}; results.jsonl has each"
@@ -55,7 +60,7 @@ def write_junit(
         )
         for service, own in by_service.items()
     ]
-    write_suites(path, suites, properties, timestamp=timestamp, troubles=troubles)
+    write_suites(path, [*suites, *further], properties, timestamp=timestamp, troubles=troubles)
 
 
 def _broken_rules(results: Iterable[CaseResult], *, strict: bool) -> list[str]:

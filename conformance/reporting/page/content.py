@@ -1,6 +1,7 @@
 """The contents of report.html, as values."""
 
 import math
+import re
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
@@ -22,6 +23,8 @@ from conformance.reporting.reproduction import reproductions
 from conformance.reporting.summary import QUICK, tested_share, written_objects
 from conformance.run.verdict import FAILED, NOT_TESTED, CaseResult, Verdict
 
+# The entry that a case on the object dictionary is about.
+_ENTRY = re.compile(r"(?<=\[)[0-9A-F]{4}h:[0-9A-F]{2}(?=\])")
 BARS = 24
 # Milliseconds; a shorter time is below the resolution of a log.
 SHORTEST = 0.001
@@ -158,6 +161,17 @@ class PageContent:
             if case.result.verdict in NOT_TESTED and not case.result.cause
         )
         return reasons.most_common()
+
+    @property
+    def entries_tested(self) -> int:
+        """How many entries of the description had a case with a verdict on them."""
+        tested = {
+            found[0]
+            for result in self.run.results
+            if result.verdict not in NOT_TESTED
+            and (found := _ENTRY.search(result.case_id)) is not None
+        }
+        return len(tested)
 
     @property
     def writable(self) -> str:
