@@ -64,12 +64,12 @@ class Holds(Enum):
 
 @dataclass(slots=True)
 class Brought:
-    """How many bytes the latest download to an object has brought at the most, and any of them.
+    """The bytes that a device may have taken of the latest download to an object, and of any.
 
     ``is_empty`` as long as the latest has brought none.
     """
 
-    latest: int = 0
+    size: int = 0
     most: int = 0
     is_empty: bool = False
 
@@ -169,22 +169,22 @@ class Contents:
             case BlockSegment() | DownloadSegment():
                 no_data = isinstance(request, DownloadSegment) and not request.data
                 self._open.is_empty = self._open.is_empty and no_data
-                latest = self._open.latest = self._open.latest + SEGMENT_LENGTH
-                if latest > self._open.most:
-                    self._open.most = latest
+                size = self._open.size = self._open.size + SEGMENT_LENGTH
+                if size > self._open.most:
+                    self._open.most = size
             case DownloadInitiate() | BlockDownloadInitiate():
                 self.is_used = True
                 self._open = self._brought[request.mux]
-                self._open.latest = 0
+                self._open.size = 0
                 expedited = isinstance(request, DownloadInitiate) and request.expedited
                 self._open.is_empty = not expedited
                 if request.mux.index in COMMANDS and request.mux.sub_index:
                     self.brought_back.clear()
                     self.stored = None
 
-    def will_change(self, mux: Multiplexer, value: bytes | None = None) -> None:
-        """Note, before it is done, that an object may be changed that holds its own ``value``."""
-        value = self.kept(mux) if value is None else value
+    def will_change(self, mux: Multiplexer) -> None:
+        """Note, before it is done, that an object may be changed."""
+        value = self.kept(mux)
         if value is None:
             return
         self.lose(mux)
@@ -267,13 +267,9 @@ class Contents:
 
     # How much an object can hold
 
-    def latest(self, mux: Multiplexer) -> int:
-        """Return how many bytes the latest download to an object has brought at the most."""
-        return self._brought[mux].latest if mux in self._brought else 0
-
-    def may_be_empty(self, mux: Multiplexer) -> bool:
-        """Say whether the latest download to an object has brought no byte."""
-        return mux in self._brought and self._brought[mux].is_empty
+    def latest(self, mux: Multiplexer) -> Brought:
+        """Return what the latest download to an object has brought."""
+        return self._brought.get(mux, Brought())
 
     def longest(self, mux: Multiplexer) -> int:
         """Return the most bytes that an upload of an object may bring: with more it has no end.
@@ -293,7 +289,7 @@ class Contents:
         brought = self._brought.get(mux)
         is_cut = known.is_steady and not known.habits.keeps_tails
         if own is not None and is_cut and self.endless > ENDLESS:
-            latest = len(own) if brought is None else brought.latest
+            latest = len(own) if brought is None else brought.size
             return max(latest, known.habits.filled) + LITTLE_PADDING
         most = 0 if brought is None else brought.most
         least = max(len(own or b""), len(known.stated or b""), known.habits.filled, most)

@@ -36,18 +36,9 @@ def expect_stated(sdo: Transfers, known: KnownObject, stated: bytes) -> None:
         sdo.note(Violation(STATED_TEXT, expected=due, actual=actual))
 
 
-def _read(sdo: Transfers, known: KnownObject, due: bytes) -> bytes:
-    """Read an object; what does not read as ``due`` in blocks, in segments as well."""
-    in_blocks = ValueAccess(sdo).in_blocks(known.mux)
-    if in_blocks is None or not same_value(known, in_blocks, due):
-        return sdo.upload(known)
-    sdo.device.contents.current[known.mux] = in_blocks
-    return in_blocks
-
-
 def expect_value(sdo: Transfers, known: KnownObject, due: bytes) -> None:
     """Expect an object to read as ``due``; a string may end in 00h."""
-    _expect_found(sdo, known, due, _read(sdo, known, due))
+    _expect_found(sdo, known, due, ValueAccess(sdo).read(known, due))
 
 
 def expect_read(sdo: Transfers, known: KnownObject, due: bytes) -> None:
@@ -105,7 +96,7 @@ def expect_kept(sdo: Transfers, known: KnownObject, before: bytes) -> None:
     if known.length is not None:
         expect_value(sdo, known, before)
         return
-    found = _read(sdo, known, before)
+    found = ValueAccess(sdo).read(known, before)
     if same_value(known, found, before):
         return
     due, actual = f"{known} reads {shown(before)}", Data(found, known)

@@ -5,6 +5,7 @@ of requests, and after each of many cases.
 """
 
 from collections.abc import Generator
+from functools import partial
 
 from conformance.device.contents import Holds
 from conformance.device.device import DEVICE_TYPE
@@ -13,6 +14,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Way
 from conformance.dialogue.payload import endangered
 from conformance.dialogue.transfers import Transfers
+from conformance.dialogue.values import same_value
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.checks import ServerAborted
@@ -28,26 +30,12 @@ NO_ROOM = (
     AbortCode.LENGTH_TOO_LOW,
     AbortCode.OUT_OF_MEMORY,
 )
-Transfer = Generator[Step, Response, object]
-
-
-def in_segments(client: BlockClient, mux: Multiplexer, data: bytes) -> Transfer:
-    """Write in segments, with the size indicated."""
-    return client.download(mux, data, segmented=True)
-
-
-def in_unsized_segments(client: BlockClient, mux: Multiplexer, data: bytes) -> Transfer:
-    """Write in segments without a word on their size."""
-    return client.download(mux, data, segmented=True, sized=False)
-
-
-def in_blocks(client: BlockClient, mux: Multiplexer, data: bytes) -> Transfer:
-    """Write in blocks."""
-    return client.block_download(mux, data)
-
-
-# A device may refuse one of them and take another.
-WAYS: tuple[Way, ...] = (in_segments, in_unsized_segments, in_blocks)
+# How a value is written: a device may refuse one way and take another.
+WAYS: tuple[Way, ...] = (
+    partial(BlockClient.download, segmented=True),
+    partial(BlockClient.download, segmented=True, sized=False),
+    BlockClient.block_download,
+)
 
 
 class ValueAccess:
@@ -70,12 +58,15 @@ class ValueAccess:
 
     # Reading
 
-    def read(self, known: KnownObject) -> bytes:
-        """Read an object: in blocks if its value is long, whatever was written to it."""
+    def read(self, known: KnownObject, due: bytes | None = None) -> bytes:
+        """Read an object: in blocks if its value is long, whatever was written to it.
+
+        What does not read as ``due`` in blocks is read in segments as well.
+        """
         found = self.in_blocks(known.mux)
-        if found is None:
+        if found is None or (due is not None and not same_value(known, found, due)):
             return self._sdo.upload(known)
-        self._sdo.device.contents.current[known.mux] = found
+        self._device.contents.current[known.mux] = found
         return found
 
     def in_blocks(self, mux: Multiplexer, like: bytes = b"") -> bytes | None:
@@ -145,7 +136,7 @@ class ValueAccess:
             return False
         if endangered(self._device, value) is not None:
             return False
-        broken = self.attempt(in_blocks(self._sdo.client, mux, value))
+        broken = self.attempt(self._sdo.client.block_download(mux, value))
         if isinstance(broken, Violation | ServerAborted):
             lacks_room = isinstance(broken, ServerAborted) and broken.abort.code in NO_ROOM
             learned.stores_in_blocks = lacks_room

@@ -136,9 +136,9 @@ class Restorer:
         for mux, value in contents.due(written).items():
             if not contents.may_be_left(mux):
                 continue
-            fits = contents.latest(mux) <= max(LONG_VALUE, len(value))
-            seen = contents.current.get(mux)
-            has_bytes = not contents.may_be_empty(mux) if seen is None else bool(seen)
+            found, latest = contents.current.get(mux), contents.latest(mux)
+            fits = latest.size <= max(LONG_VALUE, len(value))
+            has_bytes = not latest.is_empty if found is None else bool(found)
             stays = fits and has_bytes and not in_doubt
             if not stays and not self._stands_in(sdo, mux, value):
                 continue
@@ -209,7 +209,7 @@ class Restorer:
     def _put_back(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> None:
         self.gone = False
         contents = self.device.contents
-        due = contents.due(written)
+        due = contents.due([*written, *contents.to_store])
         if contents.to_store:
             # What was left would be stored as well.
             self._write(sdo, contents.due(contents.left(Holds.LEFT)))
@@ -255,10 +255,11 @@ class Restorer:
                 pending[mux] = value
         for mux in sorted(needed_for(pending) - pending.keys()):
             with _at_will(sdo):
-                kept = due.get(mux) or sdo.upload(mux)
-                if kept and self.device.may_put_back(mux):
-                    pending[mux] = kept
-                    contents.will_change(mux, kept)
+                if contents.kept(mux) is None:
+                    contents.parameters[mux] = sdo.upload(mux)
+                if self.device.may_put_back(mux):
+                    pending |= contents.due([mux])
+                    contents.will_change(mux)
         # What these steps are refused is refused again behind them, and listed.
         in_use = {mux: contents.current.get(mux) for mux in pending if is_cob_id(mux)}
         for mux, found in in_use.items():

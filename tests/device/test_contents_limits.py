@@ -76,7 +76,7 @@ def test_what_was_written_counts_in_whatever_way_it_went() -> None:
 
 def test_whether_the_latest_download_has_brought_a_byte() -> None:
     contents = Contents()
-    assert not contents.may_be_empty(MUX), "there was none"
+    assert not contents.latest(MUX).is_empty, "there was none"
     requests = (
         (DownloadInitiate.with_data(MUX, b"abc"), False),
         (DownloadInitiate.with_size(MUX, 0), True),
@@ -89,7 +89,7 @@ def test_whether_the_latest_download_has_brought_a_byte() -> None:
     )
     for request, is_empty in requests:
         contents.sent(request)
-        assert contents.may_be_empty(MUX) is is_empty
+        assert contents.latest(MUX).is_empty is is_empty
 
 
 def test_a_device_that_brings_data_without_an_end_is_given_less() -> None:

@@ -203,6 +203,21 @@ class Interrupting(Network):
         return replace(CaseTools.of(sdo), network=network, storage=Storage(sdo, network))
 
 
+def test_a_value_in_use_is_there_again_behind_one_that_was_stored_again() -> None:
+    """Also where the case itself has not written to it."""
+    with configured() as (bench, watched):
+        before = Kept.of(watched.node)
+        session = bench.session()
+        run = begin_case(session, "a.case", "a service", RULE)
+        stored = {NUMBER: bytes(4)}
+        bench.device.contents.will_lose(stored)
+        run.conclude(None)
+        assert watched.commands == ["save"]
+        assert watched.node.objects.find(NUMBER).value == IN_USE
+        assert Kept.of(watched.node).values == before.values
+        assert session.restorer.unrestored == {}
+
+
 def test_ctrl_c_between_load_and_the_end() -> None:
     with configured() as (bench, watched):
         before = Kept.of(watched.node)
