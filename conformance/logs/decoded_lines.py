@@ -1,5 +1,6 @@
 """The lines of ``conformance decode``."""
 
+from collections import defaultdict
 from collections.abc import Iterator
 from operator import itemgetter
 
@@ -33,23 +34,14 @@ def decoded(log: Log, only: int | None) -> Iterator[str]:
         yield from words.lines(seen)
 
 
-class _Channel:
-    """One SDO channel: what its frames are, and the transfers that they make."""
-
-    __slots__ = ("line", "transfers")
-
-    def __init__(self) -> None:
-        self.line = Line()
-        self.transfers = Transfers()
-
-
 class Words:
     """Puts frames into words, and transfers as they end."""
 
     def __init__(self, only: int | None = None) -> None:
         """Take all nodes, or ``only`` one."""
         self._only = only
-        self._channels: dict[tuple[str, int], _Channel] = {}
+        self._channels: defaultdict[tuple[str, int], tuple[Line, Transfers]]
+        self._channels = defaultdict(lambda: (Line(), Transfers()))
 
     def lines(self, seen: Seen) -> Iterator[str]:
         """Yield a line for a frame, and one for what it ends.
@@ -70,16 +62,14 @@ class Words:
             words = f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
             yield _line(seen, f"{frame!s:<20}", words)
             return
-        channel = self._channels.get((seen.bus, node_id))
-        if channel is None:
-            channel = self._channels[seen.bus, node_id] = _Channel()
+        line, transfers = self._channels[seen.bus, node_id]
         message: Request | Response
         if function == REQUEST_BASE:
-            message = channel.line.request(frame.data)
-            ended = channel.transfers.request(message, seen.time)
+            message = line.request(frame.data)
+            ended = transfers.request(message, seen.time)
         else:
-            message = channel.line.response(frame.data)
-            ended = channel.transfers.response(message, seen.time)
+            message = line.response(frame.data)
+            ended = transfers.response(message, seen.time)
         yield _line(seen, f"{frame!s:<20}", f"node {node_id}: {describe(message)}")
         if ended:
             yield _line(seen, ENDED, f"node {node_id}: {ended}")
