@@ -1,7 +1,7 @@
 """Results of cases: verdicts, the second axis, and results as the reports take them."""
 
 from dataclasses import asdict, dataclass, field, fields
-from enum import StrEnum
+from enum import Enum, StrEnum
 from typing import Any, Self
 
 from conformance.device.not_testable import Lack, Missing
@@ -117,14 +117,7 @@ class CaseResult:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""
-        values = {name: getattr(self, name) for name in _FIELDS}
-        values["verdict"] = self.verdict.value
-        values["afterwards"] = self.afterwards.value
-        values["cause"] = None if self.cause is None else asdict(self.cause)
-        values["met"] = [asdict(cause) for cause in self.met]
-        values["missing"] = None if self.missing is None else self.missing._asdict()
-        values["trace"] = [line._asdict() for line in self.trace]
-        return values
+        return {name: plain(getattr(self, name)) for name in _FIELDS}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
@@ -141,3 +134,17 @@ class CaseResult:
 
 
 _FIELDS = tuple(each.name for each in fields(CaseResult))
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON and other processes take it: an object by the names of its fields."""
+    match value:
+        case Enum():
+            return value.value
+        case list():
+            return [plain(each) for each in value]
+        case Cause():
+            return {name: plain(each) for name, each in asdict(value).items()}
+        case Missing() | TraceLine():
+            return {name: plain(each) for name, each in value._asdict().items()}
+    return value

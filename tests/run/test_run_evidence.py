@@ -1,8 +1,8 @@
 """What a failure shows: the frames in words, the middle of many left out, and how to send them."""
 
-import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -15,6 +15,7 @@ from conformance.run.evidence import (
 )
 from conformance.run.trace import ASIDE, FIRST_LINES, LAST_LINES, TraceLine, trace_of
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.rules import Cause
@@ -197,7 +198,17 @@ def test_the_sentence_of_a_case_that_is_broken_itself_stands_once() -> None:
 
 
 def test_a_result_survives_being_written_and_read() -> None:
-    cause = Cause("response.toggle", "t=…")
+    cause = Cause("response.toggle", "abort", AbortCode.GENERAL_ERROR)
     result = replace(RESULT, cause=cause, met=[cause], state="idle", stimulus="40h")
     result.missing, result.decisive = Missing(Lack.PERMISSION, "nmt"), 0
-    assert CaseResult.from_dict(json.loads(json.dumps(result.as_dict()))) == result
+    values = result.as_dict()
+    assert CaseResult.from_dict(values) == result
+    assert set(map(type, each_in(values))) <= {str, int, float, bool, list, dict, type(None)}
+
+
+def each_in(values: Any) -> Iterator[Any]:
+    """Yield a value and all within it."""
+    yield values
+    inner = values.values() if isinstance(values, dict) else values
+    for each in inner if isinstance(values, dict | list) else ():
+        yield from each_in(each)
