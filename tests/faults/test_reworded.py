@@ -43,8 +43,7 @@ def told(run: Run) -> tuple[dict[str, Any], dict[str, str]]:
     ("fault", "chosen"),
     [
         # Wrong data, as the oracle sees them.
-        ("expedited-confirmed-and-not-stored", ("-k", "random.sequences")),
-        ("block-upload-of-old-value", ("-k", "random.block-transfers")),
+        ("third-segmented-upload-late", ("-k", "segmented-transfers or random.sequences")),
         # A refusal by which the device is known from then on.
         ("busy-after-vanished-client", of("test_vanished_client.py", "test_sequences.py")),
         # Requests of many kinds, answers of none.
