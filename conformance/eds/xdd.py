@@ -150,8 +150,9 @@ def _parsed(path: Path, content: bytes) -> Node:
                 if node.name in _INFO and element.text:
                     node.attributes["text"] = element.text.strip()
                 element.clear()
-                while element.getprevious() is not None:  # the tree is in the nodes
-                    del element.getparent()[0]
+                parent = element.getparent()  # none of the root, before which comments may stand
+                while parent is not None and element.getprevious() is not None:
+                    del parent[0]
                 continue
             elements += 1
             if elements > MOST_ELEMENTS:
