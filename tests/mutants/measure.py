@@ -42,6 +42,8 @@ KINDS = (GUARDED, MUTANTS, TRANSITIONS)
 # The suite itself builds nodes, to know the objects of the built-in device.
 SET_UP = ("__init__", "further_record", "present")
 Z_95 = 1.96
+# What a server may raise beside the cases, in the process of the suite.
+DEATHS = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 # Seconds of a processor, for a run that takes a quarter of them: some servers keep it for ever.
 LONGEST_QUICK, LONGEST = 12.0, 60.0
 
@@ -102,8 +104,11 @@ def caught_by(name: str, *, quick: bool) -> str:
     arguments = ["-x", *(["--sdo-quick"] if quick else [])]
     if fault is not None and fault.soft:
         arguments.append("--strict")
-    with change, limited(LONGEST_QUICK if quick else LONGEST):
-        run = run_cases(name if fault else None, *arguments)
+    try:
+        with change, limited(LONGEST_QUICK if quick else LONGEST):
+            run = run_cases(name if fault else None, *arguments)
+    except DEATHS as died:
+        return f"the server died: {died!r}"
     failed = run.failed(strict=fault is not None and fault.soft)
     return failed[0] if failed else (f"exit status {run.exit_code}" if run.exit_code else "")
 
