@@ -72,7 +72,7 @@ def test_what_needs_more_room_than_there_is_takes_no_time_for_other_services_eit
     """The longest cases of all are those that a device with little room cannot be put to."""
     cases = [
         f"cases/test_{service}.py::{service.replace('_', '-')}.{point}"
-        for point in ("beyond-16-bits", "size[1]")
+        for point in ("beyond-16-bits[65544]", "size[1]")
         for service in ("block_download", "block_upload", "segmented_download")
     ]
     estimate = Estimate()
