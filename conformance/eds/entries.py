@@ -10,6 +10,7 @@ from conformance.eds import rules
 from conformance.eds.findings import EdsRule, Findings
 from conformance.eds.text import Section, text_of
 from conformance.eds.values import number_of, parse_number, quoted, read_value
+from conformance.sdo.fixed_objects import entry_at
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nearest import meant
 from conformance.sdo.objects import Access, DataType
@@ -50,7 +51,7 @@ class EntryReader:
     ) -> KnownObject | None:
         """Return the entry that a section describes; None where no case could be about it."""
         name = self._name(section)
-        access = self._access(section, kind)
+        access = self._access(section, mux, kind)
         data_type = self._data_type(section, kind)
         default = self._value(section, "DefaultValue", data_type)
         configured = self._value(section, "ParameterValue", data_type)
@@ -89,7 +90,7 @@ class EntryReader:
             self.findings.add(rules.NAME, section.at("ParameterName"), sentence)
         return name
 
-    def _access(self, section: Section, kind: ObjectType) -> str | None:
+    def _access(self, section: Section, mux: Multiplexer, kind: ObjectType) -> str | None:
         text = text_of(section, "AccessType", self.findings)
         access = text.lower()
         if access in _ACCESS:
@@ -101,6 +102,11 @@ class EntryReader:
             if text
             else f"[{section.name}] has no AccessType"
         )
+        fixed = entry_at(mux)
+        if fixed is not None and not fixed.access.writable:
+            made = "It is read as ro, as CiA 301 has it"
+            self.findings.add(rules.ACCESS, section.at("AccessType"), wrong, made)
+            return Access.RO.value
         made = "No case is about the entry"
         self.findings.add(rules.ACCESS, section.at("AccessType"), wrong, made)
         return None

@@ -222,6 +222,12 @@ def test_kinds_that_vendors_write(name: str, rules: list[str]) -> None:
     assert 0x1018 in file.listing.objects
 
 
+def test_an_unknown_access_is_that_of_cia_301_where_it_leaves_no_choice() -> None:
+    file = parse(DRIVE.replace("AccessType=ro", "AccessType=r", 1))
+    assert ids(file) == ["access"]
+    assert entry(file.listing, 0x1000).access is Access.RO
+
+
 def test_what_is_unclear_is_there_and_not_tested() -> None:
     listing = read_eds(FILES / "faulty" / "listed-without-section.eds", 5)
     assert not listing.objects[0x6505].entries
