@@ -113,11 +113,11 @@ def test_nothing_is_loaded_that_could_not_be_put_back(permits: Permits, why: str
 def test_nothing_is_loaded_over_a_mapping() -> None:
     """It would have to be put back in an order that the PDO has."""
     node = build_node(None, NODE_ID)
-    node.objects.add({Multiplexer(0x1800): Entry(b"\1\2\3\4", DataType.UNSIGNED32)})
+    node.objects.add({Multiplexer(0x1800, 1): Entry(b"\1\2\3\4", DataType.UNSIGNED32)})
     with configured(node=node) as (bench, watched):
-        mapping = Multiplexer(0x1800)
+        mapping = Multiplexer(0x1800, 1)
         bench.device.values[mapping] = b"\4\3\2\1"
-        with pytest.raises(NotTestable, match="1800h:00 is written in an order of its own"):
+        with pytest.raises(NotTestable, match="1800h:01 is written in an order of its own"):
             CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
 
