@@ -72,7 +72,7 @@ READING = [
 
 def test_the_commands_are_found() -> None:
     assert len(of("pytest")) > 20
-    assert len(SELF_TESTS) == 2
+    assert len(SELF_TESTS) == 3
     assert len(SERVED) == 1
     assert {words[0] for words in READING} == {
         "compare", "decode", "faults", "init", "overview", "report", "rules",
@@ -120,7 +120,7 @@ def test_the_described_device_can_be_read(tmp_path: Path) -> None:
 def test_make_knows_its_targets() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     pages = [*PAGES, ROOT / "CONTRIBUTING.md"]
-    targets = [word for words in of("make", pages) for word in words]
+    targets = [word for words in of("make", pages) for word in words if "=" not in word]
     assert targets
     for target in targets:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
@@ -152,10 +152,11 @@ def run(folder: Path, *words: str) -> tuple[int, str]:
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder in which the self-tests have run, with few cases."""
+    """Return a folder in which the self-tests have run, with few cases where these may do."""
     folder = tmp_path_factory.mktemp("reader")
     for words in SELF_TESTS:
-        status, text = run(folder, "pytest", *words, "--sdo-quick")
+        guarded = any("@" in word for word in words)
+        status, text = run(folder, "pytest", *words, *([] if guarded else ["--sdo-quick"]))
         assert status == any(word.startswith("--sdo-fault") for word in words), text
         assert "= conformance =" in text
     last = max((folder / "reports").glob("*-node-5"))

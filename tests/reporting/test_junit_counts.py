@@ -146,7 +146,7 @@ def test_a_failure_holds_the_evidence(tmp_path: Path) -> None:
             "  afterwards: needed an abort",
             "  note: seen once",
             "  frames (> sent, < received):",
-            "        0.0 ms > 605#4000100000000000     upload initiate 1000h:00",
+            "        0.0 ms > 605#4000100000000000 upload initiate 1000h:00",
             "  to repeat what was sent:",
             "    cansend can0 605#4000100000000000",
         ]
