@@ -62,11 +62,11 @@ PERMISSIONS = (
         "and to what is missing",
         100,
     ),
-    Permission(SDO_PARAMETERS, "1200h to 12FFh: moves further SDO channels, and back", 70),
+    Permission(SDO_PARAMETERS, "1200h to 12FFh: moves further SDO channels, and back", 350),
     Permission(
         NMT,
         "1017h, and NMT commands: the device is stopped and reset, and left in Pre-operational",
-        35,
+        310,
     ),
     Permission(
         OTHER_NODES, "SDO requests to other node-IDs: a transfer of those nodes may be aborted", 20

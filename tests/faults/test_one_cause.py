@@ -90,7 +90,7 @@ def test_what_could_not_be_put_back_is_one_cause() -> None:
         (
             "block-upload-marked-one-early",
             BEHIND_LAST,
-            0,
+            1,
             ("test_block_upload_choices.py", "test_channel_independence.py"),
         ),
         ("channels-share-transfer", DISTURBED, 0, ("test_channel_independence.py",)),

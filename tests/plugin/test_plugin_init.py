@@ -145,7 +145,9 @@ def test_where_a_device_and_its_eds_differ(
     watched, bus = device
     eds = pytester.path / "drive.eds"
     eds.write_text(
-        eds_of(build_node(None, NODE_ID)).replace("ProductNumber=0x5d0c0f0e", "ProductNumber=7"),
+        re.sub(
+            "0x5d0c0f0e|1561071374", "7", eds_of(build_node(None, NODE_ID)), flags=re.IGNORECASE
+        ),
         encoding="utf-8",
     )
     watched.node.objects.remove(0x2003)

@@ -21,6 +21,7 @@ KINDS = {
     "specifier.unknown-is-over": Kind.UNKNOWN_SPECIFIER,
     "block-download.lost": Kind.LOST_SEGMENT,
     "block-download.lost-twice": Kind.LOST_SEGMENT,
+    "block-download.lost-later": Kind.LOST_SEGMENT,
 }
 
 

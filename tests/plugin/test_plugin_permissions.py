@@ -75,7 +75,10 @@ def test_one_permission(
 
 
 def test_all_permissions(pytester: pytest.Pytester) -> None:
-    permissions = ("nmt", "sdo-parameters", "store-parameters")
+    permissions = (
+        *("nmt", "sdo-parameters", "store-parameters"),
+        *("other-nodes", "read-only-probes"),
+    )
     result, watched = cases(pytester, *(f"--sdo-allow={name}" for name in permissions))
     assert result.ret == 0
     assert "skipped" not in result.parseoutcomes()

@@ -8,6 +8,7 @@ from conformance.reference.node import Node
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.nmt import NMT_ID
 
 # Seconds from one look of the main loop to the next, and of a silence that ends a sub-block.
@@ -39,11 +40,16 @@ class _Mailboxes(Node):
         channel = self.channel_of(frame)
         if frame.can_id == NMT_ID or channel is None:
             return super().receive(frame)
-        box = self.boxes.setdefault(self.channels.index(channel), deque())
-        if len(box) < self.room:
+        number = self.channels.index(channel)
+        box = self.boxes.setdefault(number, deque())
+        if len(box) < self.room_of(number):
             box.append(frame)
             self.look_at = self.look_at or self.now + TICK
         return []
+
+    def room_of(self, channel: int) -> int:
+        """Return how many frames the mailbox of a channel takes; the default channel is 0."""
+        return self.room
 
     def start(self) -> list[CanFrame]:
         """Forget what has come before."""
@@ -78,9 +84,13 @@ class RoomForThree(_Mailboxes, OwnClock):
     """Has room for three frames: what comes behind them before the next millisecond is lost.
 
     It asks for 127 segments at once, and acknowledges what it has of them after a silence of 50 ms.
+    Its further channels have room for all of them.
     """
 
     room = 3
+
+    def room_of(self, channel: int) -> int:
+        return LARGEST_BLOCK if channel else self.room
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         transfer = self.server.transfer
