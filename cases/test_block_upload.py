@@ -54,7 +54,7 @@ def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInit
     sdo.send(request)
     response = sdo.receive()
     if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
-        raise Unimplemented(in_words(response))
+        raise Unimplemented(Received(response))
     if not isinstance(response, BlockUploadInitiateResponse):
         raise sdo.breach(f"C0h to C6h: a block upload of {known}", Received(response))
     sdo.end_transfer()

@@ -183,7 +183,7 @@ def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> 
     sdo.send(BlockUploadInitiate(IDENTITY_COUNT, 127))
     response = sdo.receive()
     if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
-        raise Unimplemented(in_words(response))
+        raise Unimplemented(Received(response))
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(mux, 127))
     sdo.expect_abort(*codes, of=mux)

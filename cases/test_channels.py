@@ -26,7 +26,6 @@ from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import RESTRICTED, ChannelIds, CobId
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
@@ -60,7 +59,7 @@ def default_value(sdo: Dialogue, sub_index: int) -> bytes:
         refused = Received(aborted.abort)
         if aborted.abort.code not in NOT_THERE:
             raise sdo.breach(f"{mux} to be served, or 06020000h", refused) from aborted
-        raise Unimplemented(refused.words) from aborted
+        raise Unimplemented(refused) from aborted
     if len(found) != known.length:
         raise of_another_length(known, found)
     return found
@@ -313,7 +312,7 @@ def test_extended(sdo: Dialogue, parameters: Parameters, channels: Channels) -> 
     write(sdo, parameters, index, REQUEST, bytes(LONG_CHANNEL.request.disabled()))
     if (refused := channels.take_confirmation(index, REQUEST)) is not None:
         sdo.take_abort(refused, EXTENDED_IDENTIFIER.codes, Multiplexer(index, REQUEST))
-        raise Unimplemented(in_words(refused))
+        raise Unimplemented(Received(refused))
     channels.configure(index, LONG_CHANNEL)
     with channels.on(LONG_CHANNEL) as other:
         known, data = Room(other).long_object()

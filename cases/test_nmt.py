@@ -10,7 +10,6 @@ from conformance.dialogue.network import Network
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadSegment,
@@ -198,7 +197,7 @@ def test_heartbeat(sdo: Dialogue, network: Network, command: NmtCommand) -> None
     if refusal is not None:
         if refusal.code not in NO_HEARTBEAT_TIME:
             raise sdo.breach("1017h to be served, or refused", Received(refusal))
-        raise Unimplemented(in_words(refusal))
+        raise Unimplemented(Received(refusal))
     network.enter(TRANSITIONS[command])
     sdo.fence()
     network.end_heartbeats()

@@ -12,7 +12,6 @@ from conformance.dialogue.mapped_objects import (
 from conformance.dialogue.parameters import CONSTANT, PDOS, CobIdEntry, Parameters, number_of
 from conformance.run import object_choices as choose
 from conformance.run.case import must
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
@@ -106,7 +105,7 @@ def test_mapping_taken(
             if abort is None:
                 continue
             if abort.code in CONSTANT and mux in entries:
-                raise Unimplemented(in_words(abort))
+                raise Unimplemented(Received(abort))
             raise sdo.breach(f"{mux} takes {value.hex(' ')}", Received(abort))
         for mux, value in due.items():
             if (found := sdo.upload(mux)) != value:
@@ -159,7 +158,7 @@ def map_nothing(sdo: Dialogue, device: Device, parameters: Parameters, count: Mu
         return
     refusal = Received(abort)
     if abort.code in CONSTANT:
-        raise Unimplemented(refusal.words)
+        raise Unimplemented(refusal)
     listed = device.listing.find(count)
     changes = listed is not None and listed.access is Access.RW
     if changes and device.listing.is_complete and abort.code not in pdos.REMAPPED.codes:

@@ -11,7 +11,6 @@ from conformance.model_cases.variations import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
 from conformance.sdo.decoding import as_answer
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -156,7 +155,7 @@ def _served_or_unimplemented(
     response = sdo.receive()
     if isinstance(response, Abort):
         sdo.take_abort(response, BLOCK_UNSUPPORTED.codes, mux)
-        raise Unimplemented(in_words(response))
+        raise Unimplemented(Received(response))
     if not isinstance(response, kind):
         raise sdo.breach(
             f"a block initiate response for {mux}, or abort 05040001h", Received(response)

@@ -4,12 +4,13 @@ from collections import defaultdict
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 from enum import Enum, auto
+from typing import Literal
 
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import Missing, NotTestable
 from conformance.device.serving import Serving
 from conformance.sdo.block_client import BlockClient, Step
-from conformance.sdo.frames import Response
+from conformance.sdo.frames import Abort, Response
 from conformance.sdo.layout import Multiplexer
 
 # How a value is written.
@@ -107,7 +108,7 @@ class Learned:
     00h, and whose multiplexers are text. ``all_entries`` are indices of which it serves
     sub-indices that they cannot have.
 
-    Of services: ``block_download_refusal`` is how it refuses block downloads, empty if it serves
+    Of services: ``block_download_refusal`` is how it refuses block downloads, False if it serves
     them, None until that was tried; ``block_upload_refusal`` is the same of block uploads.
     ``stores_in_blocks``: a block download was served to its end, and none has lost its data; None
     until then. ``reads_alike``: a block upload has brought the data of an ordinary one; None until
@@ -127,8 +128,8 @@ class Learned:
     serving: Serving = field(default_factory=Serving)
     nowhere: tuple[Multiplexer, ...] = ()
     all_entries: set[int] = field(default_factory=set)
-    block_download_refusal: str | None = None
-    block_upload_refusal: str | None = None
+    block_download_refusal: Abort | Literal[False] | None = None
+    block_upload_refusal: Abort | Literal[False] | None = None
     stores_in_blocks: bool | None = None
     reads_alike: bool | None = None
     loses_segments: bool = False

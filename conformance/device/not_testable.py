@@ -3,6 +3,8 @@
 from enum import StrEnum
 from typing import NamedTuple
 
+from conformance.sdo.seen import Seen
+
 
 class Lack(StrEnum):
     """The kinds of things that a user may add for a case to be tested."""
@@ -39,4 +41,12 @@ class NotTestable(Exception):
 
 
 class Unimplemented(Exception):
-    """An optional service was properly refused; the text holds the refusal."""
+    """An optional service was properly refused.
+
+    ``frames`` are the bytes of the refusal, if it is one of frames.
+    """
+
+    def __init__(self, refusal: str | Seen) -> None:
+        """Take the refusal, or words for it."""
+        super().__init__(refusal.words if isinstance(refusal, Seen) else refusal)
+        self.frames = refusal.frames if isinstance(refusal, Seen) else ()

@@ -1,6 +1,7 @@
 """Block transfers in a case: single exchanges and whole transfers, strictly checked."""
 
 from collections.abc import Callable, Generator, Sequence
+from typing import Literal
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.known_objects import KnownObject
@@ -17,7 +18,6 @@ from conformance.sdo.block_client import Burst, Step, all_of_it
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -111,7 +111,7 @@ class Blocks:
             ]
             device.learned.block_download_refusal = self._refusal_of_all(requests)
         if device.learned.block_download_refusal:
-            raise Unimplemented(device.learned.block_download_refusal)
+            raise Unimplemented(Received(device.learned.block_download_refusal))
 
     def require_upload(self) -> None:
         """Raise Unimplemented unless the server has block uploads; asks it once in a run.
@@ -131,19 +131,19 @@ class Blocks:
             ]
             device.learned.block_upload_refusal = self._refusal_of_all(requests)
         if device.learned.block_upload_refusal:
-            raise Unimplemented(device.learned.block_upload_refusal)
+            raise Unimplemented(Received(device.learned.block_upload_refusal))
 
-    def _refusal_of_all(self, requests: Sequence[Request]) -> str:
-        """Return the first refusal where every request is refused; empty where one is not."""
-        first = ""
+    def _refusal_of_all(self, requests: Sequence[Request]) -> Abort | Literal[False]:
+        """Return the first refusal where every request is refused; False where one is not."""
+        first: Abort | Literal[False] = False
         for request in requests:
             self._sdo.send(request)
             response = as_answer(self._sdo.receive())
             if self._sdo.line.open is not None:
                 self._recover()  # the first abort of the run, as often as not: it may be answered
             if not isinstance(response, Abort):
-                return ""
-            first = first or in_words(response)
+                return False
+            first = first or response
             if response.code in NOT_THERE:
                 break
         return first
@@ -161,7 +161,7 @@ class Blocks:
             served = not isinstance(as_answer(self._sdo.receive()), Abort)
             self._sdo.end_transfer()
         if abort.code in NOT_THERE and not served:
-            return Unimplemented(refusal.words)
+            return Unimplemented(refusal)
         expected = "a block transfer to be served"
         return Violation(NOT_REFUSED, expected=expected, actual=refusal, asked=request)
 

@@ -120,14 +120,14 @@ class Channels:
                 return index
         raise Unimplemented(self.refusal(Multiplexer(found[0], CLIENT)))
 
-    def refusal(self, mux: Multiplexer) -> str:
-        """Read what has to be refused because it does not exist; return the refusal in words."""
+    def refusal(self, mux: Multiplexer) -> Received:
+        """Read an entry that does not exist, and so has to be refused; return the refusal."""
         try:
             self._sdo.read(mux)
         except ServerAborted as aborted:
             refusal = Received(aborted.abort)
             if aborted.abort.code in (NO_SUCH_ENTRY if mux.sub_index == CLIENT else NOT_THERE):
-                return refusal.words
+                return refusal
             raise self._sdo.breach(f"{mux} to be refused as missing", refusal) from aborted
         raise self._sdo.breach(f"{mux} to be refused as before", "it is served")
 

@@ -12,12 +12,12 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
-from conformance.sdo.describe import in_words, shown
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.pdos import MAPPING_OF, MOST_MAPPED, is_multiplexed
 from conformance.sdo.rules import Rule, Violation
-from conformance.sdo.seen import said
+from conformance.sdo.seen import Received, said
 
 NOT_VALID, PRODUCES, CONSUMES = 1 << 31, 1 << 30, 1 << 31
 MISSING = (AbortCode.OBJECT_MISSING, AbortCode.SUB_INDEX_MISSING)
@@ -108,20 +108,20 @@ class Parameters:
         abort = self.write(mux, value)
         if abort is None:
             return
-        shown = in_words(abort)
+        refusal = Received(abort)
         if abort.code in CONSTANT:
-            raise Unimplemented(shown)
-        raise NotTestable(f"{mux} does not take {value.hex(' ')} now: {shown}")
+            raise Unimplemented(refusal)
+        raise NotTestable(f"{mux} does not take {value.hex(' ')} now: {refusal.words}")
 
     def present(self, mux: Multiplexer) -> bytes:
         """Read an entry of the communication; raises Unimplemented where a device has none."""
         try:
             return self._sdo.read(mux)
         except ServerAborted as aborted:
-            shown = in_words(aborted.abort)
+            refusal = Received(aborted.abort)
             if aborted.abort.code in (*MISSING, AbortCode.GENERAL_ERROR):
-                raise Unimplemented(shown) from aborted
-            raise NotTestable(f"{mux} cannot be read: {shown}") from aborted
+                raise Unimplemented(refusal) from aborted
+            raise NotTestable(f"{mux} cannot be read: {refusal.words}") from aborted
 
     # What has to be out of use before it is changed
 
@@ -139,7 +139,7 @@ class Parameters:
         if unused == before:
             abort = self._sdo.try_download(entry.mux, unused)
             if abort is not None and abort.code in CONSTANT:
-                raise Unimplemented(in_words(abort))
+                raise Unimplemented(Received(abort))
         else:
             self.write_if_configurable(entry.mux, unused)
         try:
@@ -211,7 +211,7 @@ class Parameters:
                 "abort with 06040041h or 06040042h", said("{} entries are mapped", len(entries))
             )
         if abort.code in CONSTANT:
-            raise Unimplemented(in_words(abort))
+            raise Unimplemented(Received(abort))
         self._sdo.take_abort(abort, rule.codes, None, rule.tolerated)
         if any(found := self._sdo.upload(count)):
             raise self._sdo.breach(f"{count} reads 00 as before", said("{}", found.hex()))

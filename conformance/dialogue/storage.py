@@ -16,7 +16,7 @@ from conformance.dialogue.transfers import NOT_NOW
 from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import same_value, with_spaces
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import in_words, shown
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
@@ -39,7 +39,7 @@ def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
     try:
         data = sdo.read(mux)
     except ServerAborted as aborted:
-        raise Unimplemented(in_words(aborted.abort)) from aborted
+        raise Unimplemented(Received(aborted.abort)) from aborted
     if not data or not data[0] & 1:
         raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
 

@@ -8,6 +8,7 @@ from conformance.device.device import Device
 from conformance.device.not_testable import Missing
 from conformance.run.bench import RunSettings
 from conformance.run.verdict import NOT_TESTED, CaseResult, Verdict
+from conformance.sdo.describe import in_words
 
 FOUND = "found-by-reading"
 # What a device refuses by its state.
@@ -70,7 +71,7 @@ def found_by_reading(device: Device) -> str:
         found += f", by length in bytes {', '.join(counts)} (up to {len(device.values[longest])}, "
         found += f"{longest})"
     refusal = device.learned.block_upload_refusal
-    served = f"refused ({refusal})" if refusal else "served"
+    served = f"refused ({in_words(refusal)})" if refusal else "served"
     blocks = "unknown" if refusal is None else served
     return f"{found}; block upload: {blocks}"
 

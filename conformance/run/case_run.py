@@ -148,7 +148,7 @@ class CaseRun:
                 self.sdo.record.channels,
                 aside=left_wrong,
                 decisive=isinstance(error, Violation | ServerAborted),
-                actual=result.actual,
+                shown=self._judgement.frames,
             )
             result.reproduce = self._session.reproduce(own_frames)
         self._session.end()

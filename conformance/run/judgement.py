@@ -87,6 +87,8 @@ class Judgement:
         self._causes = causes
         self._in_doubt = in_doubt
         self._explains = explains
+        # The bytes of the frames that the verdict is about.
+        self.frames: Sequence[bytes] = ()
 
     def ended(self, error: BaseException | None, asked: Request, *, own: bool = False) -> None:
         """Take what ended the case; ``asked`` is what it had sent last.
@@ -106,6 +108,7 @@ class Judgement:
                 result.missing = error.missing
             case Unimplemented():
                 result.verdict, result.actual = Verdict.UNIMPLEMENTED, str(error)
+                self.frames = error.frames
             case BenchError():
                 result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
             case _:
@@ -169,6 +172,7 @@ class Judgement:
         result.level = violation.level.value
         result.broken_rule, result.broken_sentence = violation.rule.id, violation.rule.sentence
         result.expected, result.actual = violation.expected, violation.actual
+        self.frames = violation.seen.frames
 
     def _step_back(self, cause: Cause, known: Standing, violation: Violation, *, own: bool) -> None:
         result = self._result
@@ -178,6 +182,7 @@ class Judgement:
             f"{cause} {why}, see {known.first_case}: "
             f"expected {violation.expected}; got {violation.actual}"
         )
+        self.frames = violation.seen.frames
 
 
 def crossing(

@@ -272,7 +272,7 @@ class DeviceSession:
         *,
         aside: bool,
         decisive: bool,
-        actual: str = "",
+        shown: Sequence[bytes] = (),
     ) -> Trace:
         """Return the decoded frames of the case: its ``own`` ones, and those ``aside`` behind them.
 
@@ -285,7 +285,7 @@ class DeviceSession:
             gap=self._frames.gap(),
             aside=aside,
             decisive=decisive,
-            actual=actual,
+            shown=shown,
         )
 
     def reproduce(self, own: int) -> list[str]:

@@ -1,12 +1,11 @@
 """The trace of a case: its frames as values, each with its words for people."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from conformance.bus.link import Captured, Direction
 from conformance.run.recording import ChannelDecoder, LeftOut
 from conformance.sdo.cob_id import ChannelIds
-from conformance.sdo.describe import hex_bytes
 from conformance.sdo.nmt import describe_nmt
 
 FIRST_LINES = 40
@@ -48,21 +47,21 @@ def trace_of(
     gap: LeftOut | None = None,
     aside: bool = True,
     decisive: bool = False,
-    actual: str = "",
+    shown: Collection[bytes] = (),
 ) -> Trace:
     """Return a line for each frame.
 
     ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
     case was over and the suite looked after the device, which is shown if ``aside``. The last
-    response that ``actual`` shows is decisive; else, if any frame is ``decisive``, the first
-    request without an answer, or the last frame.
+    response with the bytes of one ``shown`` is decisive; else, if any frame is ``decisive``, the
+    first request without an answer, or the last frame.
     The middle of a long trace is left out; ``gap`` says what was not even kept of it.
     """
     decoders = {ids: ChannelDecoder(ids) for ids in channels}
     begin = frames[0].timestamp if frames else 0.0
     total = len(frames) + (gap.frames if gap else 0)
     end = aside_at = total if own is None else own
-    marked = _shown(frames, end, gap, actual)
+    marked = _shown(frames, end, gap, shown)
     if marked is None and decisive:
         marked = _unanswered(frames, end, gap)
     if not aside:
@@ -107,15 +106,17 @@ def left_out(number: int) -> str:
     return f"… {number - FIRST_LINES - LAST_LINES} frames left out; bus.log has them all"
 
 
-def _shown(frames: Sequence[Captured], end: int, gap: LeftOut | None, actual: str) -> int | None:
-    """Return the number of the last response before ``end`` that stands in ``actual``."""
+def _shown(
+    frames: Sequence[Captured], end: int, gap: LeftOut | None, shown: Collection[bytes]
+) -> int | None:
+    """Return the number of the last response before ``end`` that is ``shown``."""
     for position in reversed(range(len(frames))):
         number = position
         if gap is not None and position >= gap.at:
             number += gap.frames
         captured = frames[position]
         received = number < end and captured.direction is Direction.RECEIVED
-        if received and f"[{hex_bytes(captured.frame.data)}]" in actual:
+        if received and captured.frame.data in shown:
             return number
     return None
 

@@ -36,6 +36,11 @@ class Seen(ABC):
         return ()
 
     @property
+    def frames(self) -> Sequence[bytes]:
+        """The bytes of the frames that are part of it."""
+        return [response.encode() for response in self.responses]
+
+    @property
     def words(self) -> str:
         """It in words."""
         return self._shown() + self.remark
@@ -124,21 +129,35 @@ class OddFrame(Seen):
         """Why it is odd."""
         return Kind(", ".join(self.odd))
 
+    @property
+    def frames(self) -> Sequence[bytes]:
+        """The frame."""
+        return (self.frame.data,)
+
     def _shown(self) -> str:
         return f"{self.frame} ({', '.join(self.odd.values())})"
 
 
 @dataclass(frozen=True, slots=True)
 class Said(Seen):
-    """Anything else: its first line is its kind, unless numbers in it call for a ``sort``."""
+    """Anything else: its first line is its kind, unless numbers in it call for a ``sort``.
+
+    It may be about a ``frame``.
+    """
 
     sentence: str
     sort: str = ""
+    frame: bytes = b""
 
     @property
     def kind(self) -> Kind:
         """The sort, or the words."""
         return Kind((self.sort or self.sentence).split("\n", 1)[0][:MOST_LETTERS])
+
+    @property
+    def frames(self) -> Sequence[bytes]:
+        """The frame, if there is one."""
+        return (self.frame,) if self.frame else ()
 
     def _shown(self) -> str:
         return self.sentence
@@ -163,7 +182,7 @@ def said(template: str, *values: object) -> Said:
 def filled(rest: bytes, frame: bytes) -> Said:
     """Build the sight of bytes without data that are not 0."""
     words = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(frame)}]"
-    return Said(words, "… in bytes without data")
+    return Said(words, "… in bytes without data", frame)
 
 
 def other_data(sentence: str) -> Said:

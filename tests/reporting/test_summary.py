@@ -1,5 +1,7 @@
 """What a run says at its end."""
 
+from typing import Literal
+
 import pytest
 from reporting_results import result
 
@@ -14,6 +16,9 @@ from conformance.reporting.summary import (
     summary_lines,
 )
 from conformance.run.verdict import Verdict
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import in_words
+from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 
 
@@ -85,15 +90,18 @@ def test_what_one_addition_gives_is_one_reason() -> None:
     ]
 
 
+REFUSAL = Abort(Multiplexer(0x1000), AbortCode.COMMAND_NOT_VALID)
+
+
 @pytest.mark.parametrize(
     ("refusal", "words"),
     [
         (None, "unknown"),
-        ("", "served"),
-        ("abort 1000h:00, 05040001h", "refused (abort 1000h:00, 05040001h)"),
+        (False, "served"),
+        (REFUSAL, f"refused ({in_words(REFUSAL)})"),
     ],
 )
-def test_what_was_found_by_reading(refusal: str | None, words: str) -> None:
+def test_what_was_found_by_reading(refusal: Abort | Literal[False] | None, words: str) -> None:
     """Of a device without EDS."""
     values = {
         Multiplexer(0x1000): bytes(4),

@@ -72,12 +72,12 @@ def test_the_frame_that_was_wrong_is_marked_though_others_follow() -> None:
         captured(frame(0x585, "6010200000000000"), 0.003, sent=False),
     ]
     ids = [ChannelIds.default(5)]
-    for actual, marked in (("abort [80 10 20 00 10 00 07 06]", 1), ("nothing", 3)):
-        assert trace_of(frames, ids, decisive=True, actual=actual).decisive == marked
+    for shown, marked in (((frames[1].frame.data,), 1), ((), 3)):
+        assert trace_of(frames, ids, decisive=True, shown=shown).decisive == marked
 
 
 def marked(frames: Sequence[Captured]) -> int | None:
-    return trace_of(frames, [ChannelIds.default(5)], decisive=True, actual="no answer").decisive
+    return trace_of(frames, [ChannelIds.default(5)], decisive=True).decisive
 
 
 def test_of_a_silence_the_first_request_without_an_answer_is_marked() -> None:

@@ -1,6 +1,5 @@
 """Other words for all that the suite says of a device: what is made of values stays the same."""
 
-import re
 from collections.abc import Callable
 from string import ascii_letters
 from typing import Any
@@ -14,14 +13,11 @@ from conformance.sdo.seen import Seen
 
 # Each letter becomes the next one.
 OTHERS = str.maketrans(ascii_letters, ascii_letters[1:] + ascii_letters[:1])
-# The bytes of a frame, by which a trace finds it.
-BYTES = re.compile(r"(\[[^]]*\])")
 
 
 def reworded(text: str) -> str:
-    """Return a text that no pattern and no beginning fits any more; the bytes of frames stay."""
-    parts = BYTES.split(text)
-    return "".join(part if part.startswith("[") else part.translate(OTHERS) for part in parts)
+    """Return a text that no pattern and no beginning fits any more."""
+    return text.translate(OTHERS)
 
 
 def rewording(words: Callable[..., str]) -> Callable[..., str]:
